@@ -1,0 +1,1 @@
+"""The networks (torch) and their weights. Import torch and numpy only."""

@@ -1,0 +1,1 @@
+"""The only place besides operators/ and ui/ that imports bpy."""

@@ -1,0 +1,1 @@
+"""The default human and its skinning."""

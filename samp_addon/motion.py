@@ -1,0 +1,78 @@
+"""Motion: the one currency. Every method returns one; baking, refining, measuring and exporting take one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from . import rotation, skeleton
+
+ACTIONS = ("idle", "walk", "run", "sit", "lie")
+CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A take, in the network frame (metres, Y up, +Z forward; see frames.py).
+
+    root: (T, 3) world position of the pelvis joint (not SMPL's ``trans``, which is this minus the rest pelvis).
+    rotations: (T, J, 4) local joint rotations, quaternions w, x, y, z, in the order of skeleton.JOINTS; J is 22 or 55.
+    contacts: (T, 5) from 0 to 1, in the order of CONTACTS. actions: (T, 5) weights, in the order of ACTIONS.
+    rest_joints: (J, 3) rest positions with the pelvis at the origin. fps: frames per second.
+    interaction_start: frame index in which sitting or lying down begins, or None.
+    """
+
+    root: np.ndarray
+    rotations: np.ndarray
+    fps: float = 30.0
+    contacts: np.ndarray | None = None
+    actions: np.ndarray | None = None
+    rest_joints: np.ndarray = field(default_factory=skeleton.default_rest_joints)
+    interaction_start: int | None = None
+
+    def __post_init__(self) -> None:
+        frames = len(self.root)
+        if self.root.shape != (frames, 3) or self.rotations.ndim != 3 or self.rotations.shape[0] != frames:
+            raise ValueError(f"root {self.root.shape} and rotations {self.rotations.shape} do not belong together")
+
+    def __len__(self) -> int:
+        return len(self.root)
+
+    @property
+    def seconds(self) -> float:
+        """Length in seconds, from the first frame to the last."""
+        return max(len(self) - 1, 0) / self.fps
+
+    def forward_kinematics(self) -> tuple[np.ndarray, np.ndarray]:
+        """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints."""
+        return skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
+
+    def resampled(self, fps: float) -> Motion:
+        """The same motion at another frame rate: positions linear, rotations by slerp, the end kept."""
+        if abs(fps - self.fps) < 1e-9 or len(self) < 2:
+            return replace(self, fps=fps)
+        count = max(int(round(self.seconds * fps)) + 1, 2)
+        at = np.clip(np.arange(count) * self.fps / fps, 0, len(self) - 1)
+        low = np.minimum(at.astype(int), len(self) - 2)
+        t = at - low
+        mix = lambda a: None if a is None else a[low] * (1 - t[:, None]) + a[low + 1] * t[:, None]
+        start = self.interaction_start
+        return replace(
+            self,
+            root=mix(self.root),
+            rotations=rotation.slerp(self.rotations[low], self.rotations[low + 1], t[:, None]),
+            contacts=mix(self.contacts),
+            actions=mix(self.actions),
+            fps=fps,
+            interaction_start=None if start is None else min(int(round(start * fps / self.fps)), count - 1),
+        )
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where the pelvis shall end. position: (3,) pelvis joint, metres; direction: (3,) unit, horizontal; network frame."""
+
+    position: np.ndarray
+    direction: np.ndarray
+    action: str = "sit"

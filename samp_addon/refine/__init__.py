@@ -1,0 +1,1 @@
+"""Mending a Motion: foot lock, inverse kinematics, energies."""

@@ -1,0 +1,1 @@
+"""The methods: Goal and Path in, Motion out. No Blender here."""

@@ -1,0 +1,1 @@
+"""Panels, properties, preferences."""

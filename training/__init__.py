@@ -1,0 +1,1 @@
+"""Data import, augmentation and training; not in the shipped zip."""
