@@ -1,0 +1,15 @@
+"""SAMP for Blender: the extension's entry. Registers what an artist can press, and nothing else."""
+
+
+def register() -> None:
+    """Called by Blender when the extension is enabled. Imports no torch."""
+    from . import operators
+
+    operators.register()
+
+
+def unregister() -> None:
+    """Called by Blender when the extension is disabled."""
+    from . import operators
+
+    operators.unregister()
