@@ -1,1 +1,1 @@
-"""Scene geometry: voxels, navmesh, path. Arrays in, arrays out; network frame (Y up)."""
+"""The scene as arrays: surfaces, voxels, the navmesh, paths and seats. Network frame; nothing here knows Blender."""
