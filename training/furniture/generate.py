@@ -1,0 +1,36 @@
+"""Procedural furniture: seeded, varied pieces of every category that people sit or lie on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import flat, seating, shapes
+from .piece import Piece
+
+_BUILDERS = {
+    "armchair": seating.armchair,
+    "chair": seating.chair,
+    "stool": seating.stool,
+    "bar_stool": seating.bar_stool,
+    "bench": seating.bench,
+    "sofa": seating.sofa,
+    "l_sofa": seating.l_sofa,
+    "office_chair": seating.office_chair,
+    "pouf": seating.pouf,
+    "bed": flat.bed,
+    "table": flat.table,
+}
+CATEGORIES = tuple(_BUILDERS)
+
+
+def generate(category: str, rng: np.random.Generator) -> Piece:
+    """A new piece of this category, centred over the origin, front +Z, floor at y = 0; same rng state, same piece.
+
+    Raises KeyError for a category that is not in CATEGORIES.
+    """
+    build = _BUILDERS[category]
+    mark = int(rng.integers(2**31))
+    soup = shapes.join(build(np.random.default_rng(mark)))
+    low, high = soup.min(axis=(0, 1)), soup.max(axis=(0, 1))
+    soup = soup - [(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2]
+    return Piece(category, soup, f"{category}_{mark:010d}")

@@ -1,0 +1,132 @@
+"""Real furniture: GLB files of the Sweet Home 3D library, and which of them no training may see."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from .piece import Piece
+
+DEFAULT_FOLDER = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "furniture"
+
+# Filed under a category that they are not: a car, and a tablet computer.
+NOT_FURNITURE = frozenset({"chair_scopia_seat_leon", "table_scopia_tablet"})
+
+# Variants of one design share a key, so that no held-out piece has a sibling in training.
+SIBLINGS = {
+    "armchair_blendswapcc0_winchesterArmchair": "winchester",
+    "sofa_blendswapcc0_winchesterSofa": "winchester",
+    "sofa_scopia_beige_sofa_2seats": "sofa_scopia_beige_sofa",
+    "sofa_katorlegaz_mid_century_bench_sofa": "mid_century",
+    "sofa_katorlegaz_mid_century_sofa": "mid_century",
+    "armchair_katorlegaz_mid_century_chair": "mid_century",
+    "table_scopia_wooden_office_alder_table": "wooden_office",
+    "table_scopia_wooden_office_pear_table": "wooden_office",
+    "table_scopia_wooden_office_pear_table_rect": "wooden_office",
+    "table_scopia_wooden_office_teak_table": "wooden_office",
+}
+
+_COMPONENTS = {
+    5120: np.int8,
+    5121: np.uint8,
+    5122: np.int16,
+    5123: np.uint16,
+    5125: np.uint32,
+    5126: np.float32,
+}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def is_held_out(name: str) -> bool:
+    """Whether the piece of this file stem is kept from all training: SHA-256 of its design, modulo 5, is 0."""
+    key = SIBLINGS.get(name, name)
+    return hashlib.sha256(key.encode()).digest()[0] % 5 == 0
+
+
+def load(folder: Path = DEFAULT_FOLDER, held_out: bool | None = None) -> list[Piece]:
+    """The pieces in a folder with manifest.csv; ``held_out`` picks one side of the split, None takes both.
+
+    Raises FileNotFoundError when the folder has no manifest.
+    """
+    with open(Path(folder) / "manifest.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    pieces = []
+    for row in rows:
+        name = Path(row["file"]).stem
+        if name in NOT_FURNITURE or (held_out is not None and is_held_out(name) != held_out):
+            continue
+        pieces.append(Piece(row["category"], read_glb(Path(folder) / row["file"]), name))
+    return pieces
+
+
+def read_glb(path: Path) -> np.ndarray:
+    """Triangles (F, 3, 3) in metres of all meshes of a binary glTF 2.0 file, node transforms applied.
+
+    Reads plain triangle lists with float positions; raises ValueError for anything else.
+    """
+    data = Path(path).read_bytes()
+    magic, version, _ = struct.unpack_from("<4sII", data)
+    if magic != b"glTF" or version != 2:
+        raise ValueError(f"{path} is not a binary glTF 2 file")
+    size = struct.unpack_from("<I", data, 12)[0]
+    head = json.loads(data[20 : 20 + size])
+    body = data[20 + size + 8 :]
+    parts: list[np.ndarray] = []
+
+    def visit(index: int, parent: np.ndarray) -> None:
+        node = head["nodes"][index]
+        world = parent @ _node_matrix(node)
+        if "mesh" in node:
+            for primitive in head["meshes"][node["mesh"]]["primitives"]:
+                corners = _primitive_triangles(head, body, primitive)
+                parts.append(corners @ world[:3, :3].T + world[:3, 3])
+        for child in node.get("children", []):
+            visit(child, world)
+
+    for root in head["scenes"][head.get("scene", 0)]["nodes"]:
+        visit(root, np.eye(4))
+    if not parts:
+        raise ValueError(f"{path} holds no mesh")
+    return np.concatenate(parts)
+
+
+def _node_matrix(node: dict) -> np.ndarray:
+    if "matrix" in node:
+        return np.array(node["matrix"], float).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn * np.asarray(node.get("scale", (1.0, 1.0, 1.0)))
+    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return matrix
+
+
+def _primitive_triangles(head: dict, body: bytes, primitive: dict) -> np.ndarray:
+    if primitive.get("mode", 4) != 4:
+        raise ValueError("only plain triangle lists are read")
+    points = _accessor(head, body, primitive["attributes"]["POSITION"]).astype(np.float64)
+    if "indices" in primitive:
+        points = points[_accessor(head, body, primitive["indices"]).ravel()]
+    return points.reshape(-1, 3, 3)
+
+
+def _accessor(head: dict, body: bytes, index: int) -> np.ndarray:
+    accessor = head["accessors"][index]
+    if "sparse" in accessor or "bufferView" not in accessor:
+        raise ValueError("sparse glTF data is not read")
+    view = head["bufferViews"][accessor["bufferView"]]
+    kind, width = np.dtype(_COMPONENTS[accessor["componentType"]]), _WIDTHS[accessor["type"]]
+    start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    stride = view.get("byteStride", kind.itemsize * width)
+    return np.ndarray((accessor["count"], width), kind, body, start, (stride, kind.itemsize)).copy()
