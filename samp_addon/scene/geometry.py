@@ -78,37 +78,41 @@ def require_finite(triangles: np.ndarray, name: str) -> None:
         )
 
 
-def require_surface(triangles: np.ndarray, name: str) -> None:
-    """Raises SampError, naming the object, unless it has finite triangles with an area."""
+def require_surface(triangles: np.ndarray, name: str) -> np.ndarray:
+    """Areas (F,) in square metres. Raises SampError, naming the object, unless its triangles are finite and large."""
     if len(triangles) == 0:
         raise SampError(f"'{name}' has no faces; choose an object with a surface.")
     require_finite(triangles, name)
-    if areas(triangles).sum() < MINIMUM_AREA:
+    area = areas(triangles)
+    if area.sum() < MINIMUM_AREA:
         raise SampError(f"The faces of '{name}' have no area; check its scale and its mesh.")
+    return area
 
 
 def bounds(triangles: np.ndarray) -> np.ndarray:
     """Lowest and highest corner (2, 3) of triangles (F, 3, 3), metres. Raises SampError where there are none."""
     if len(triangles) == 0:
         raise SampError("The scene has no faces; unhide or add the objects that the character shall meet.")
-    return np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))])
+    # Column by column: numpy reduces a short last axis ten times more slowly.
+    columns = np.ascontiguousarray(triangles.reshape(-1, 3).T)
+    return np.stack([columns.min(axis=1), columns.max(axis=1)])
 
 
 def area_vectors(triangles: np.ndarray) -> np.ndarray:
     """Vectors (F, 3) along the normals, as long as the triangles' areas in square metres."""
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    u, v = b - a, c - a
-    # Written out: np.cross takes three times as long on these arrays.
-    x = u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1]
-    y = u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2]
-    z = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    # Column by column and written out: np.cross takes four times as long on these arrays.
+    u = np.ascontiguousarray((triangles[:, 1] - triangles[:, 0]).T)
+    v = np.ascontiguousarray((triangles[:, 2] - triangles[:, 0]).T)
+    x = u[1] * v[2] - u[2] * v[1]
+    y = u[2] * v[0] - u[0] * v[2]
+    z = u[0] * v[1] - u[1] * v[0]
     return 0.5 * np.stack([x, y, z], axis=1)
 
 
 def areas(triangles: np.ndarray) -> np.ndarray:
     """Areas (F,) of triangles (F, 3, 3), square metres."""
-    vectors = area_vectors(triangles)
-    return np.sqrt(np.einsum("fi,fi->f", vectors, vectors))
+    x, y, z = area_vectors(triangles).T
+    return np.sqrt(x * x + y * y + z * z)
 
 
 def sample_surface(triangles: np.ndarray, count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -119,13 +123,16 @@ def sample_surface(triangles: np.ndarray, count: int, seed: int = 0) -> tuple[np
     return _barycentric(triangles[index], rng.random(count), rng.random(count)), index
 
 
-def spread_over_surface(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def spread_over_surface(
+    triangles: np.ndarray, count: int, area: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Points (count, 3) spread evenly by area, without chance, and their triangles' indices (count,).
 
     Steps of equal area through the list of triangles; inside a triangle the places follow a sequence that
     leaves few gaps. The mean distance between neighbours is the square root of area / count.
+    area: (F,) of the triangles, where it is known already.
     """
-    area = np.cumsum(_positive_areas(triangles))
+    area = np.cumsum(_positive_areas(triangles) if area is None else area)
     step = np.arange(count)
     index = np.searchsorted(area, (step + 0.5) * (area[-1] / count), side="right").clip(0, len(triangles) - 1)
     # The two-dimensional golden ratio: fractional parts of its powers fill the unit square evenly.

@@ -38,13 +38,13 @@ class InteractionGrid:
     def build(cls, triangles: np.ndarray, yaw: float = 0.0, name: str = "The object") -> InteractionGrid:
         """Grid of triangles (F, 3, 3), network frame. Raises SampError that names an unusable object."""
         triangles = np.asarray(triangles, dtype=np.float64)
-        geometry.require_surface(triangles, name)
+        area = geometry.require_surface(triangles, name)
         local = triangles @ _turn(yaw)
         low, high = geometry.bounds(local)
         size = np.maximum(high - low, THINNEST_SIDE)
         cells = low + (_unit_cells() + 0.5) * (size / RESOLUTION)
         largest = size.max() / RESOLUTION
-        distance = surface_distance(cells, local, largest / SAMPLES_PER_CELL_SIDE)
+        distance = surface_distance(cells, local, largest / SAMPLES_PER_CELL_SIDE, area)
         back = _turn(yaw).T
         return cls(
             centres=cells @ back,
@@ -84,14 +84,17 @@ class InteractionGrid:
         return seen.reshape(*seen.shape[:-2], FEATURES)
 
 
-def surface_distance(points: np.ndarray, triangles: np.ndarray, spacing: float) -> np.ndarray:
+def surface_distance(
+    points: np.ndarray, triangles: np.ndarray, spacing: float, area: np.ndarray | None = None
+) -> np.ndarray:
     """Distances (N,) from points (N, 3) to the closest place on triangles (F, 3, 3), metres.
 
     The surface is sampled every ``spacing`` metres (at most 65,536 samples), and the exact distance is taken to the
     triangles of the closest samples: exact on large faces, within about half the spacing on very fine ones.
     """
-    wanted = int(geometry.areas(triangles).sum() / spacing**2)
-    samples, owner = geometry.spread_over_surface(triangles, int(np.clip(wanted, CELLS, MOST_SAMPLES)))
+    area = geometry.areas(triangles) if area is None else area
+    count = int(np.clip(area.sum() / spacing**2, CELLS, MOST_SAMPLES))
+    samples, owner = geometry.spread_over_surface(triangles, count, area)
     tree = cKDTree(samples, balanced_tree=False, compact_nodes=False)
     neighbours = min(8, len(samples))
     _, index = tree.query(points, k=neighbours)
