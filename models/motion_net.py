@@ -1,0 +1,105 @@
+"""MotionNet (section 3.1, figure 3, table S.3): an autoregressive conditional VAE with a mixture-of-experts decoder."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from . import state
+
+LATENT = 64
+EXPERTS = 12
+OBJECT = 2048
+OBJECT_CODE = 256
+
+
+def three_layers(sizes: tuple[int, int, int, int]) -> nn.Sequential:
+    """A fully connected network of three layers with ELU between them; sizes of input and each layer."""
+    a, b, c, d = sizes
+    return nn.Sequential(nn.Linear(a, b), nn.ELU(), nn.Linear(b, c), nn.ELU(), nn.Linear(c, d))
+
+
+class ExpertLayer(nn.Module):
+    """One layer of all experts, mixed by the gate (equation 2).
+
+    The experts' outputs are mixed, not their weights: the same mathematics, since the layer is linear before its
+    activation, but one matrix product serves every sample of the batch.
+    """
+
+    def __init__(self, inputs: int, outputs: int, experts: int = EXPERTS) -> None:
+        super().__init__()
+        bound = math.sqrt(6.0 / inputs) * 0.5
+        self.weight = nn.Parameter(torch.empty(inputs, experts, outputs).uniform_(-bound, bound))
+        self.bias = nn.Parameter(torch.zeros(experts, outputs))
+
+    def forward(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
+        """x: (B, inputs), gate: (B, experts). Returns (B, outputs)."""
+        each = functional.linear(x, self.weight.flatten(1).to(x.dtype).T).unflatten(1, self.bias.shape)
+        mixed = torch.bmm(gate[:, None].to(x.dtype), each)[:, 0]
+        return mixed + gate.to(x.dtype) @ self.bias.to(x.dtype)
+
+    def forward_mixed_weights(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
+        """The same by equation 2 to the letter, a weight matrix for each sample: slow, for tests and benchmarks."""
+        weight = torch.einsum("bk,iko->bio", gate, self.weight)
+        return torch.bmm(x[:, None], weight)[:, 0] + gate @ self.bias
+
+
+class Decoder(nn.Module):
+    """Gating network and prediction network: z, the object's code and the state before give the next state."""
+
+    def __init__(self, size: int = state.SIZE, hidden: int = 512) -> None:
+        super().__init__()
+        self.gate = three_layers((LATENT + size, 512, 256, EXPERTS))
+        self.layers = nn.ModuleList(
+            [
+                ExpertLayer(LATENT + size + OBJECT_CODE, hidden),
+                ExpertLayer(LATENT + hidden, hidden),
+                ExpertLayer(LATENT + hidden, size),
+            ]
+        )
+
+    def forward(
+        self, z: torch.Tensor, x: torch.Tensor, object_code: torch.Tensor, mix_weights: bool = False
+    ) -> torch.Tensor:
+        """z: (B, 64), x: (B, 647), object_code: (B, 256); normalised in and out. Returns (B, 647)."""
+        gate = torch.softmax(self.gate(torch.cat([z, x], -1)), -1)
+        h = torch.cat([x, object_code], -1)
+        for k, layer in enumerate(self.layers):
+            step = layer.forward_mixed_weights if mix_weights else layer.forward
+            h = step(torch.cat([z, h], -1), gate)
+            h = functional.elu(h) if k < len(self.layers) - 1 else h
+        return h
+
+
+class MotionNet(nn.Module):
+    """The whole network. Buffers hold the normalisation of inputs, targets and the object's features."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.state_encoder = three_layers((2 * state.SIZE, 512, 256, 256))
+        self.object_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
+        self.mean = nn.Linear(256 + OBJECT_CODE, LATENT)
+        self.log_variance = nn.Linear(256 + OBJECT_CODE, LATENT)
+        self.decoder = Decoder()
+        for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT)):
+            self.register_buffer(f"{name}_mean", torch.zeros(size))
+            self.register_buffer(f"{name}_std", torch.ones(size))
+
+    def encode(self, x: torch.Tensor, y: torch.Tensor, code: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I); x and y normalised states (B, 647)."""
+        h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code], -1)
+        return self.mean(h), self.log_variance(h).clamp(-8.0, 4.0)
+
+    def object_code(self, features: torch.Tensor) -> torch.Tensor:
+        """Codes (B, 256) of the object's features (B, 2048)."""
+        return self.object_encoder((features - self.object_mean) / self.object_std)
+
+    def step(
+        self, x: torch.Tensor, code: torch.Tensor, z: torch.Tensor, mix_weights: bool = False
+    ) -> torch.Tensor:
+        """The next states (B, 647), in the root frame of x. x: (B, 647) as state.py lays it out, not normalised."""
+        y = self.decoder(z, (x - self.input_mean) / self.input_std, code, mix_weights)
+        return y * self.target_std + self.target_mean

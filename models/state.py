@@ -1,0 +1,151 @@
+"""The 647 numbers of SAMP's state X (equation 1), their layout, and how a rollout moves them to the next root.
+
+All geometry is in the network frame (metres, Y up, +Z forward). A *root* is the pelvis projected onto the floor with
+the yaw of the body's heading; it is stored as (x, z, yaw). Horizontal vectors are pairs (x, z).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+
+JOINTS = 22
+SAMPLES = 13  # trajectory samples over the window of -1 s .. +1 s
+ACTIONS = 5  # idle, walk, run, sit, lie
+NOW = SAMPLES // 2
+SAMPLE_STRIDE = 5  # frames at 30 fps between samples
+FPS = 30
+SIZE = 647
+
+POSE = slice(0, 264)  # joints x (position 3, forward 3, up 3, velocity 3), in the root frame
+FUTURE = slice(264, 330)  # joints x position 3, in the frame of the root one second ahead
+TRAJECTORY = slice(330, 447)  # samples x (position 2, direction 2, action 5), in the root frame
+CONTACTS = slice(447, 452)  # pelvis, right hand, left hand, right foot, left foot
+GOAL_TRAJECTORY = slice(452, 504)  # samples x (position 2, direction 2), in the goal's frame
+GOAL = slice(504, 647)  # samples x (position 3, direction 3, action 5), in the root frame
+
+SAMPLE_OFFSETS = (np.arange(SAMPLES) - NOW) * SAMPLE_STRIDE
+_LEFT_RIGHT = ((1, 2), (16, 17))  # hips and shoulders span the body's across direction
+
+
+def heading_yaw(positions: torch.Tensor) -> torch.Tensor:
+    """Yaw (...,) of bodies with joint positions (..., 22, 3): hips' and shoulders' mean line crossed with up."""
+    across = sum(positions[..., left, :] - positions[..., right, :] for left, right in _LEFT_RIGHT)
+    # left x up = forward: (x, 0, z) x (0, 1, 0) = (-z, 0, x)
+    return torch.atan2(-across[..., 2], across[..., 0])
+
+
+def turn(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
+    """Horizontal pairs (..., 2) turned by yaw (...), positive from +Z towards +X."""
+    c, s = torch.cos(yaw), torch.sin(yaw)
+    x, z = vectors[..., 0], vectors[..., 1]
+    return torch.stack([c * x + s * z, c * z - s * x], dim=-1)
+
+
+def turn3(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
+    """Vectors (..., 3) turned about the vertical by yaw (...)."""
+    flat = turn(vectors[..., [0, 2]], yaw)
+    return torch.stack([flat[..., 0], vectors[..., 1], flat[..., 1]], dim=-1)
+
+
+def to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
+    """World points (N, ..., 3) in the frames of roots (N, 3)."""
+    shape = (-1,) + (1,) * (points.dim() - 2)
+    origin = torch.stack([root[:, 0], torch.zeros_like(root[:, 0]), root[:, 1]], -1)
+    yaw = root[:, 2].reshape(shape).expand(points.shape[:-1])
+    return turn3(points - origin.reshape(*shape, 3), -yaw)
+
+
+def flat_to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
+    """World floor points (N, ..., 2) in the frames of roots (N, 3)."""
+    shape = (-1,) + (1,) * (points.dim() - 2)
+    yaw = root[:, 2].reshape(shape).expand(points.shape[:-1])
+    return turn(points - root[:, :2].reshape(*shape, 2), -yaw)
+
+
+def direction(yaw: torch.Tensor) -> torch.Tensor:
+    """Unit pairs (..., 2) that face yaw (...)."""
+    return torch.stack([torch.sin(yaw), torch.cos(yaw)], dim=-1)
+
+
+def reroot(state: torch.Tensor) -> torch.Tensor:
+    """Predicted states (B, 647), told in the root frame before, told in the frame of their own root.
+
+    Only what is relative to the root changes; the goal's slices are the caller's to fill in.
+    """
+    pose = state[:, POSE].reshape(-1, JOINTS, 4, 3)
+    trajectory = state[:, TRAJECTORY].reshape(-1, SAMPLES, 9)
+    origin = trajectory[:, NOW, 0:2]
+    yaw = torch.atan2(trajectory[:, NOW, 2], trajectory[:, NOW, 3])
+    offset = torch.stack([origin[:, 0], torch.zeros_like(yaw), origin[:, 1]], -1)
+    shift = torch.tensor([1.0, 0.0, 0.0, 0.0], dtype=state.dtype, device=state.device)
+    pose = pose - shift[None, None, :, None] * offset[:, None, None, :]
+    pose = turn3(pose, -yaw[:, None, None].expand(pose.shape[:3]))
+    spread = -yaw[:, None].expand(-1, SAMPLES)
+    positions = turn(trajectory[..., 0:2] - origin[:, None], spread)
+    directions = turn(trajectory[..., 2:4], spread)
+    out = state.clone()
+    out[:, POSE] = pose.reshape(len(state), -1)
+    out[:, TRAJECTORY] = torch.cat([positions, directions, trajectory[..., 4:]], -1).reshape(len(state), -1)
+    return out
+
+
+def assemble(
+    reference: torch.Tensor,
+    joints: torch.Tensor,
+    axes: torch.Tensor,
+    velocities: torch.Tensor,
+    future_root: torch.Tensor,
+    window_roots: torch.Tensor,
+    window_actions: torch.Tensor,
+    contacts: torch.Tensor,
+    goal: torch.Tensor,
+    window_goals: torch.Tensor,
+) -> torch.Tensor:
+    """States (N, 647) of N frames.
+
+    reference: (N, 3) roots in whose frames the states are told. joints: (N, 22, 3) world positions. axes:
+    (N, 22, 2, 3) world forward and up columns. velocities: (N, 22, 3) m/s. future_root: (N, 3) one second ahead.
+    window_roots: (N, 13, 3). window_actions: (N, 13, 5). contacts: (N, 5). goal: (N, 6) the current goal's world
+    position and direction. window_goals: (N, 13, 11) world position, direction, action.
+    """
+    n = len(reference)
+    yaw = reference[:, 2]
+    local = to_root(joints, reference)
+    axes = turn3(axes, -yaw[:, None, None].expand(axes.shape[:-1]))
+    speed = turn3(velocities, -yaw[:, None].expand(velocities.shape[:-1]))
+    pose = torch.cat([local[:, :, None], axes, speed[:, :, None]], 2).reshape(n, -1)
+    future = to_root(joints, future_root).reshape(n, -1)
+    spread = yaw[:, None].expand(n, SAMPLES)
+    facing = direction(window_roots[..., 2])
+    trajectory = torch.cat(
+        [flat_to_root(window_roots[..., :2], reference), turn(facing, -spread), window_actions], -1
+    ).reshape(n, -1)
+    goal_frame = torch.stack([goal[:, 0], goal[:, 2], torch.atan2(goal[:, 3], goal[:, 5])], -1)
+    goal_spread = goal_frame[:, 2:].expand(n, SAMPLES)
+    goal_trajectory = torch.cat(
+        [flat_to_root(window_roots[..., :2], goal_frame), turn(facing, -goal_spread)], -1
+    ).reshape(n, -1)
+    goals = torch.cat(
+        [
+            to_root(window_goals[..., :3], reference),
+            turn3(window_goals[..., 3:6], -spread),
+            window_goals[..., 6:],
+        ],
+        -1,
+    ).reshape(n, -1)
+    return torch.cat([pose, future, trajectory, contacts, goal_trajectory, goals], -1)
+
+
+def interaction_features(
+    centres: torch.Tensor, occupancy: torch.Tensor, root: torch.Tensor, reach: float = 3.0
+) -> torch.Tensor:
+    """The object's 2048 numbers in the frames of roots (N, 3).
+
+    centres: (N, 512, 3) world cell centres; occupancy: (N, 512). The object fades out with the distance of its
+    middle, from ``reach`` minus half a metre to ``reach`` metres; beyond, all is zero, as while no object is near.
+    """
+    local = to_root(centres, root)
+    distance = local.mean(1)[:, [0, 2]].norm(dim=-1)
+    weight = ((reach - distance) / 0.5).clamp(0.0, 1.0)
+    return (torch.cat([local, occupancy[..., None]], -1) * weight[:, None, None]).reshape(len(root), -1)

@@ -1,0 +1,160 @@
+"""Foot lock: while a foot bears weight its ball stays where it is, and no sole sinks into the floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import rotation, skeleton
+from ..motion import CONTACTS, Motion
+from .inverse_kinematics import STRETCH, solve_limb
+
+BALL_HEIGHT = 0.0276  # of the ball joint over the sole, default human, metres
+HEEL_BACK = 0.045  # from the ankle joint to the heel, metres
+UNLOCK_RADIUS = 0.12  # a foot that drifts further than this in one stance has really stepped
+BLEND = 7  # frames at 30 fps over which a correction fades in and out
+MOST_DROP = 0.06  # metres the pelvis may sink so that a leg reaches its lock
+
+
+@dataclass(frozen=True)
+class _Foot:
+    side: str
+    column: int
+
+    @property
+    def ankle(self) -> int:
+        return skeleton.INDEX[f"{self.side}_ankle"]
+
+    @property
+    def ball(self) -> int:
+        return skeleton.INDEX[f"{self.side}_foot"]
+
+    @property
+    def hip(self) -> int:
+        return skeleton.INDEX[f"{self.side}_hip"]
+
+
+_FEET = tuple(_Foot(side, CONTACTS.index(f"{side}_foot")) for side in ("right", "left"))
+
+
+def spells(mask: np.ndarray, shortest: int = 3, gap: int = 2) -> list[tuple[int, int]]:
+    """Runs (first, last + 1) of a boolean mask (T,), gaps of up to ``gap`` frames closed, short runs dropped."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    runs: list[list[int]] = []
+    for start, stop in edges.reshape(-1, 2):
+        if runs and start - runs[-1][1] <= gap:
+            runs[-1][1] = int(stop)
+        else:
+            runs.append([int(start), int(stop)])
+    return [(a, b) for a, b in runs if b - a >= shortest]
+
+
+def sole_points(
+    positions: np.ndarray, globals_: np.ndarray, rest_joints: np.ndarray, side: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest points of heel and ball of a foot, each (T, 3), from joints (T, J, 3) and global quaternions."""
+    ankle, ball = skeleton.INDEX[f"{side}_ankle"], skeleton.INDEX[f"{side}_foot"]
+    forward = (rest_joints[ball] - rest_joints[ankle]) * np.array([1.0, 0.0, 1.0])
+    forward /= np.linalg.norm(forward)
+    down = rest_joints[ball][1] - BALL_HEIGHT - rest_joints[ankle][1]
+    heel = np.array([0.0, down, 0.0]) - HEEL_BACK * forward
+    heel_world = positions[:, ankle] + rotation.rotate(globals_[:, ankle], np.broadcast_to(heel, positions[:, ankle].shape))
+    return heel_world, positions[:, ball] - np.array([0.0, BALL_HEIGHT, 0.0])
+
+
+def _stances(ball: np.ndarray, mask: np.ndarray) -> list[tuple[int, int]]:
+    """Spells of contact, split where the ball (T, 3) leaves the unlock radius."""
+    out = []
+    for start, stop in spells(mask):
+        first = start
+        for t in range(start + 1, stop):
+            if np.linalg.norm(ball[t, [0, 2]] - ball[first:t, [0, 2]].mean(0)) > UNLOCK_RADIUS:
+                out.append((first, t))
+                first = t
+        out.append((first, stop))
+    return [s for s in out if s[1] - s[0] >= 3]
+
+
+def _smoothstep(t: np.ndarray) -> np.ndarray:
+    t = np.clip(t, 0.0, 1.0)
+    return t * t * (3 - 2 * t)
+
+
+def _spread(offsets: np.ndarray, stances: list[tuple[int, int]], blend: int) -> np.ndarray:
+    """Corrections (T, k), given inside the stances, carried smoothly through the swings between them."""
+    out = offsets.copy()
+    count = len(offsets)
+    bounds = [(-1, 0), *stances, (count, count + 1)]
+    for k in range(len(bounds) - 1):
+        before, after = bounds[k][1] if k else 0, bounds[k + 1][0]
+        gap = after - before
+        if gap <= 0:
+            continue
+        left = offsets[before - 1] if k else np.zeros(offsets.shape[1])
+        right = offsets[after] if k < len(stances) else np.zeros(offsets.shape[1])
+        t = np.arange(1, gap + 1)[:, None]
+        if k and k < len(stances) and gap <= 2 * blend:
+            mix = _smoothstep(t / (gap + 1))
+            out[before:after] = left * (1 - mix) + right * mix
+        else:
+            fade_out = _smoothstep(1 - t / (blend + 1))
+            fade_in = _smoothstep(1 - (gap + 1 - t) / (blend + 1))
+            out[before:after] = left * fade_out + right * fade_in
+    return out
+
+
+def _corrections(motion: Motion, foot: _Foot, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far each frame's foot has to move (T, 3), and in which frames it stands (T,)."""
+    positions, globals_ = motion.forward_kinematics()
+    heel, ball = sole_points(positions, globals_, motion.rest_joints, foot.side)
+    blend = max(2, round(BLEND * motion.fps / 30))
+    stances = _stances(positions[:, foot.ball], motion.contacts[:, foot.column] > 0.5)
+    offset = np.zeros((len(motion), 3))
+    lowest = np.minimum(heel[:, 1], ball[:, 1]) - floor
+    standing = np.zeros(len(motion), bool)
+    for start, stop in stances:
+        lock = positions[start:stop, foot.ball].mean(0)
+        offset[start:stop] = lock - positions[start:stop, foot.ball]
+        offset[start:stop, 1] = -lowest[start:stop]
+        standing[start:stop] = True
+    offset = _spread(offset, stances, blend)
+    offset[:, 1] = np.where(standing, offset[:, 1], np.maximum(offset[:, 1], -lowest))
+    return offset, standing
+
+
+def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0) -> Motion:
+    """The motion with its stance feet pinned by inverse kinematics of the legs.
+
+    motion.contacts must be set. floor: height of the support under the character, metres, one number or (T,).
+    Where a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly.
+    """
+    if motion.contacts is None:
+        raise ValueError("foot lock needs the motion's contacts")
+    floor = np.broadcast_to(np.asarray(floor, dtype=np.float64), len(motion))
+    positions, _ = motion.forward_kinematics()
+    plans = [(foot, *_corrections(motion, foot, floor)) for foot in _FEET]
+    root = motion.root - np.array([0.0, 1.0, 0.0]) * _pelvis_drop(motion, positions, plans)[:, None]
+    rotations = motion.rotations
+    for foot, offset, _ in plans:
+        target = positions[:, foot.ankle] + offset
+        rotations = solve_limb(root, rotations, motion.rest_joints, f"{foot.side}_leg", target)
+    return replace(motion, root=root, rotations=rotations)
+
+
+def _pelvis_drop(motion: Motion, positions: np.ndarray, plans: list) -> np.ndarray:
+    """How far the pelvis sinks (T,) so that standing feet are in reach, metres."""
+    rest = motion.rest_joints
+    drop = np.zeros(len(motion))
+    for foot, offset, standing in plans:
+        knee = skeleton.INDEX[f"{foot.side}_knee"]
+        reach = STRETCH * (np.linalg.norm(rest[knee] - rest[foot.hip]) + np.linalg.norm(rest[foot.ankle] - rest[knee]))
+        away = positions[:, foot.hip] - (positions[:, foot.ankle] + offset)
+        flat = np.linalg.norm(away[:, [0, 2]], axis=-1)
+        need = away[:, 1] - np.sqrt(np.maximum(reach**2 - flat**2, 0.0))
+        drop = np.maximum(drop, np.where(standing, np.clip(need, 0.0, MOST_DROP), 0.0))
+    window = max(3, round(5 * motion.fps / 30)) | 1
+    padded = np.pad(drop, window, mode="edge")
+    widest = np.max([np.roll(padded, k) for k in range(-(window // 2), window // 2 + 1)], axis=0)
+    kernel = np.hanning(window + 2)[1:-1]
+    return np.convolve(widest, kernel / kernel.sum(), "same")[window:-window]

@@ -1,0 +1,59 @@
+"""Two-bone inverse kinematics for legs and arms, over whole motions at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import rotation, skeleton
+
+LIMBS = {
+    "left_leg": ("left_hip", "left_knee", "left_ankle"),
+    "right_leg": ("right_hip", "right_knee", "right_ankle"),
+    "left_arm": ("left_shoulder", "left_elbow", "left_wrist"),
+    "right_arm": ("right_shoulder", "right_elbow", "right_wrist"),
+}
+STRETCH = 0.998  # of the limb's length: a limb is never quite straight, or its middle joint would pop
+
+
+def solve_limb(
+    root: np.ndarray, rotations: np.ndarray, rest_joints: np.ndarray, limb: str, target: np.ndarray
+) -> np.ndarray:
+    """Local rotations (T, J, 4) in which the limb's end is at target (T, 3), its end joint turned as before.
+
+    The middle joint stays in the plane it was in. A target out of reach is approached as far as the limb goes.
+    """
+    a, b, c = (skeleton.INDEX[name] for name in LIMBS[limb])
+    positions, globals_ = skeleton.forward_kinematics(root, rotations, rest_joints)
+    upper = np.linalg.norm(rest_joints[b] - rest_joints[a])
+    lower = np.linalg.norm(rest_joints[c] - rest_joints[b])
+    start, old_middle, old_end = positions[:, a], positions[:, b], positions[:, c]
+    away = target - start
+    distance = np.linalg.norm(away, axis=-1, keepdims=True)
+    reach = np.clip(distance, abs(upper - lower) + 0.02, STRETCH * (upper + lower))
+    axis = away / np.maximum(distance, 1e-9)
+    middle = start + _bend(axis, reach, upper, lower, old_middle - start, old_end - start)
+    turn_upper = rotation.between(old_middle - start, middle - start)
+    new_upper = rotation.multiply(turn_upper, globals_[:, a])
+    lower_before = rotation.rotate(turn_upper, old_end - old_middle)
+    turn_lower = rotation.between(lower_before, start + axis * reach - middle)
+    new_lower = rotation.multiply(turn_lower, rotation.multiply(turn_upper, globals_[:, b]))
+    globals_ = globals_.copy()
+    keep_end = globals_[:, c].copy()
+    parent = globals_[:, skeleton.PARENTS[a]]
+    out = rotations.copy()
+    out[:, a] = rotation.multiply(rotation.conjugate(parent), new_upper)
+    out[:, b] = rotation.multiply(rotation.conjugate(new_upper), new_lower)
+    out[:, c] = rotation.multiply(rotation.conjugate(new_lower), keep_end)
+    return out
+
+
+def _bend(
+    axis: np.ndarray, reach: np.ndarray, upper: float, lower: float, old_middle: np.ndarray, old_end: np.ndarray
+) -> np.ndarray:
+    """The middle joint (T, 3), from the limb's start, on the side of the axis where it was before."""
+    cosine = np.clip((upper**2 + reach**2 - lower**2) / (2 * upper * reach), -1, 1)
+    swing = rotation.between(old_end, axis)
+    side = rotation.rotate(swing, old_middle)
+    side = side - np.sum(side * axis, -1, keepdims=True) * axis
+    side = side / np.maximum(np.linalg.norm(side, axis=-1, keepdims=True), 1e-9)
+    return upper * (cosine * axis + np.sqrt(1 - cosine**2) * side)
