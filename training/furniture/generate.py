@@ -24,7 +24,7 @@ CATEGORIES = tuple(_BUILDERS)
 
 
 def generate(category: str, rng: np.random.Generator) -> Piece:
-    """A new piece of this category, centred over the origin, front +Z, floor at y = 0; same rng state, same piece.
+    """A new piece of this category, centred over the origin, front +Z, on y = 0; same rng state, same piece.
 
     Raises KeyError for a category that is not in CATEGORIES.
     """

@@ -106,7 +106,7 @@ def curved_panel(
 
 
 def wall(inner: float, thickness: float, low: float, high: float, half_angle: float) -> np.ndarray:
-    """A round wall open to the front (+Z): the shell of a tub chair; ``half_angle`` from the back, radians."""
+    """A round wall open to the front (+Z), the shell of a tub chair; ``half_angle`` from the back, radians."""
     angle = np.pi + np.linspace(-half_angle, half_angle, 25)
     ring = lambda r, y: np.stack([r * np.sin(angle), np.full_like(angle, y), r * np.cos(angle)], axis=-1)
     outer = inner + thickness
@@ -118,7 +118,7 @@ def wall(inner: float, thickness: float, low: float, high: float, half_angle: fl
 
 
 def tilted(triangles: np.ndarray, angle: float, pivot: tuple[float, float, float]) -> np.ndarray:
-    """Triangles leaned back (towards -Z for what is above the pivot) by ``angle`` radians about the X axis."""
+    """Triangles leaned back by ``angle`` radians about the X axis: what is above the pivot goes to -Z."""
     c, s = np.cos(-angle), np.sin(-angle)
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     return (triangles - np.asarray(pivot)) @ turn.T + np.asarray(pivot)
