@@ -44,6 +44,7 @@ def test_sheet_leaves_the_scene_as_it_was(tmp_path):
     objects = len(bpy.context.scene.objects)
     look.look(standing(4), tmp_path / "sheet.png", count=2, size=(64, 64))
     assert len(bpy.context.scene.objects) == objects
+    assert "SAMP stage" not in bpy.data.scenes
     assert not [c for c in bpy.data.cameras if c.name.startswith("SAMP look")]
 
 

@@ -17,7 +17,7 @@ from ..samp_addon.motion import Motion
 
 
 def load_motion(path: str | Path) -> Motion:
-    """A take from an .npz: the training clips' keys (root_pos, local_quat_wxyz) or those of Motion (root, rotations)."""
+    """A take from an .npz: the training clips' keys (root_pos, ...) or those of Motion (root, rotations)."""
     with np.load(path) as data:
         if "root_pos" in data:
             quaternions = data["local_quat_wxyz"].astype(np.float64)
@@ -77,6 +77,7 @@ def look(
         view = contact_sheet.VIEWS[0]
         made = contact_sheet.pictures(scene, track, frames, show, view, follow=follow, size=(480, 360))
         write_movie(movie, made, motions[0].fps)
+    stage.clear(scene)
     return sheet
 
 

@@ -1,4 +1,4 @@
-"""An empty stage to look at takes and furniture that no .blend holds: a floor, the furniture, a figure for each take."""
+"""A stage to look at takes that no .blend holds: a floor, the furniture, a figure for each take."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _capsules(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
 def build(
     motions: Sequence[Motion], triangles: np.ndarray | None = None
 ) -> tuple[bpy.types.Scene, list[Figure]]:
-    """A new scene with a floor, furniture triangles (F, 3, 3) or None, and a figure for each take; network frame."""
+    """A new scene with a floor, furniture (F, 3, 3) or None, and a figure for each take; network frame."""
     scene = bpy.data.scenes.new("SAMP stage")
     path = np.concatenate([m.root for m in motions])
     centre = (path.min(0) + path.max(0)) / 2
@@ -105,3 +105,13 @@ def build(
         piece = add_mesh(scene, "Furniture", points, np.arange(len(points)).reshape(-1, 3))
         piece.data.materials.append(material("Furniture", (0.72, 0.52, 0.34)))
     return scene, [Figure(scene, m, FIGURE_COLOURS[k % 4]) for k, m in enumerate(motions)]
+
+
+def clear(scene: bpy.types.Scene) -> None:
+    """Remove a stage with all that stands on it."""
+    for thing in list(scene.objects):
+        mesh = thing.data
+        for used in list(mesh.materials):
+            bpy.data.materials.remove(used)
+        bpy.data.meshes.remove(mesh)
+    bpy.data.scenes.remove(scene)
