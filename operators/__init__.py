@@ -1,0 +1,39 @@
+"""Everything an artist can press. One file for each operator; its name is the operator's id (``bpy.ops.samp.<name>``)."""
+
+from __future__ import annotations
+
+import importlib
+
+# The one list of operators. A new one is a file beside this, and its name here.
+OPERATORS = ()
+
+
+def operator_class(name: str) -> type:
+    """The operator class that ``operators/<name>.py`` defines: the one whose ``bl_idname`` is ``samp.<name>``."""
+    module = importlib.import_module(f".{name}", __package__)
+    for member in vars(module).values():
+        if isinstance(member, type) and getattr(member, "bl_idname", None) == f"samp.{name}":
+            return member
+    raise LookupError(f"operators/{name}.py defines no operator with bl_idname 'samp.{name}'")
+
+
+def register() -> None:
+    """Registers the operators, then the panels and settings that use them."""
+    import bpy
+
+    from ..samp_addon import ui
+
+    for name in OPERATORS:
+        bpy.utils.register_class(operator_class(name))
+    ui.register()
+
+
+def unregister() -> None:
+    """Undoes ``register`` in the opposite order."""
+    import bpy
+
+    from ..samp_addon import ui
+
+    ui.unregister()
+    for name in reversed(OPERATORS):
+        bpy.utils.unregister_class(operator_class(name))

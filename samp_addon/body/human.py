@@ -1,0 +1,154 @@
+"""The default human: its mesh, joints, skin weights and shapes, and linear blend skinning in numpy and torch.
+
+Baked by training/build_body.py into human.npz. Network frame, metres, the pelvis joint at the origin in the rest
+pose, which is SMPL-X's T-pose.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import rotation, skeleton
+from ..motion import Motion
+from .hands import complete, relaxed_hands
+
+if TYPE_CHECKING:
+    import torch
+
+ASSET = Path(__file__).parent / "human.npz"
+MATERIALS = ("skin", "clothes", "shoes", "hair", "eyes", "pupils")
+
+
+@dataclass(frozen=True, eq=False)
+class Human:
+    """A body. Arrays are read-only; network frame, metres, pelvis joint at the origin.
+
+    vertices: (V, 3). faces: (F, 4) vertex indices, a triangle repeats its last. joints: (55, 3).
+    weight_joints: (V, 4) joint indices and weights: (V, 4) their shares, which add up to 1.
+    shapes: name -> (vertex offsets (V, 3), joint offsets (55, 3)) at value 1.
+    collision: (2048,) vertex indices spread evenly over the skin. materials: (F,) indices into MATERIALS.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    joints: np.ndarray
+    weight_joints: np.ndarray
+    weights: np.ndarray
+    shapes: dict[str, tuple[np.ndarray, np.ndarray]]
+    collision: np.ndarray
+    materials: np.ndarray
+
+    @property
+    def floor(self) -> float:
+        """Height of the soles in the rest pose, metres below the pelvis joint (a negative number)."""
+        return float(self.vertices[:, 1].min())
+
+    @property
+    def height(self) -> float:
+        """From the soles to the top of the head, metres."""
+        return float(np.ptp(self.vertices[:, 1]))
+
+    def shaped(self, values: dict[str, float]) -> Human:
+        """This body with shapes at these values (0 to 1 each); its joints follow. Unknown names raise KeyError."""
+        vertices, joints = self.vertices, self.joints
+        for name, value in values.items():
+            vertices = vertices + value * self.shapes[name][0]
+            joints = joints + value * self.shapes[name][1]
+        return replace(self, vertices=_frozen(vertices), joints=_frozen(joints))
+
+    def blend_matrix(self, subset: np.ndarray | None = None) -> np.ndarray:
+        """(55 * 4, V): weight times (x, y, z, 1) for each joint, so that skinning is one matrix product."""
+        chosen = np.arange(len(self.vertices)) if subset is None else np.asarray(subset)
+        points = np.concatenate([self.vertices[chosen], np.ones((len(chosen), 1))], axis=1)
+        table = np.zeros((len(skeleton.JOINTS), 4, len(chosen)))
+        for k in range(4):
+            np.add.at(
+                table.transpose(0, 2, 1),
+                (self.weight_joints[chosen, k], np.arange(len(chosen))),
+                self.weights[chosen, k, None] * points,
+            )
+        return table.reshape(-1, len(chosen))
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array
+
+
+@functools.cache
+def load() -> Human:
+    """The default human. Shared and read-only."""
+    with np.load(ASSET) as data:
+        unit = float(data["unit"])
+        weights = data["weights"].astype(np.float64)
+        joints = data["J"].astype(np.float64)
+        shapes = {
+            str(name): (_frozen(vertices * unit), _frozen(offsets.astype(np.float64)))
+            for name, vertices, offsets in zip(
+                data["shape_names"], data["shape_vertices"], data["shape_joints"], strict=True
+            )
+        }
+        return Human(
+            vertices=_frozen(data["vertices"] * unit),
+            faces=_frozen(data["faces"].astype(np.int64)),
+            joints=_frozen(joints - joints[0]),
+            weight_joints=_frozen(data["weight_joints"].astype(np.int64)),
+            weights=_frozen(weights / weights.sum(1, keepdims=True)),
+            shapes=shapes,
+            collision=_frozen(data["collision"].astype(np.int64)),
+            materials=_frozen(data["materials"].astype(np.int64)),
+        )
+
+
+def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: int = 64) -> np.ndarray:
+    """The body's vertices in each frame: (T, V, 3) world, metres, network frame, single precision.
+
+    human gives the bones' lengths; its pelvis goes where the motion's root is. subset: vertex indices, such as
+    human.collision; chunk: frames taken at once, which bounds the memory.
+    """
+    table = human.blend_matrix(subset).astype(np.float32)
+    rotations = complete(motion.rotations)
+    positions, globals_ = skeleton.forward_kinematics(np.zeros_like(motion.root), rotations, human.joints)
+    matrices = rotation.quaternion_to_matrix(globals_)
+    offsets = positions - np.einsum("tjab,jb->tja", matrices, human.joints)
+    transforms = np.concatenate([matrices, offsets[..., None]], axis=-1).astype(np.float32)  # (T, 55, 3, 4)
+    vertices = np.empty((len(motion), table.shape[1], 3), dtype=np.float32)
+    for start in range(0, len(motion), chunk):
+        part = transforms[start : start + chunk].transpose(0, 2, 1, 3).reshape(-1, table.shape[0])
+        moved = (part @ table).reshape(-1, 3, table.shape[1]).transpose(0, 2, 1)
+        vertices[start : start + chunk] = moved + motion.root[start : start + chunk, None]
+    return vertices
+
+
+def skin_torch(
+    human: Human, root: torch.Tensor, rotations: torch.Tensor, subset: np.ndarray | None = None
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Skinning with gradients towards root and rotations, for the optimiser.
+
+    root: (T, 3) world position of the pelvis joint, metres. rotations: (T, J, 3, 3) local rotation matrices of
+    J >= 22 joints; missing ones are relaxed. Returns vertices (T, V, 3) and joints (T, 55, 3), in root's precision.
+    """
+    import torch
+
+    like = {"dtype": root.dtype, "device": root.device}
+    rest = torch.as_tensor(human.joints.copy(), **like)
+    missing = len(skeleton.JOINTS) - rotations.shape[1]
+    if missing:
+        tail = torch.as_tensor(rotation.quaternion_to_matrix(relaxed_hands())[-missing:], **like)
+        rotations = torch.cat([rotations, tail.expand(len(root), -1, -1, -1)], dim=1)
+    turned, placed = [rotations[:, 0]], [root]
+    for j in range(1, len(skeleton.JOINTS)):
+        parent = skeleton.PARENTS[j]
+        turned.append(turned[parent] @ rotations[:, j])
+        placed.append(placed[parent] + turned[parent] @ (rest[j] - rest[parent]))
+    matrices, joints = torch.stack(turned, 1), torch.stack(placed, 1)
+    offsets = joints - (matrices @ rest[..., None])[..., 0]
+    transforms = torch.cat([matrices, offsets[..., None]], dim=-1)
+    table = torch.as_tensor(human.blend_matrix(subset), **like)
+    flat = transforms.transpose(1, 2).reshape(-1, table.shape[0])
+    return (flat @ table).reshape(len(root), 3, -1).transpose(1, 2), joints
