@@ -1,1 +1,1 @@
-"""The scene as arrays: surfaces, voxels, the navmesh, paths and seats. Network frame; nothing here knows Blender."""
+"""The scene as arrays: surfaces, voxels, navmesh, paths and seats. Network frame; free of Blender."""

@@ -15,6 +15,9 @@ from ..errors import SampError
 MINIMUM_AREA = 1e-10
 """Square metres. Below this a whole object has no surface that could be stood, sat or lain on."""
 
+LARGEST_COORDINATE = 1e6
+"""Metres. Float32 vertices beyond this are coarser than a body is thick."""
+
 
 @dataclass(frozen=True)
 class SceneGeometry:
@@ -32,7 +35,9 @@ class SceneGeometry:
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
             raise ValueError(f"triangles have shape {self.triangles.shape}, not (F, 3, 3)")
         if self.object_ids.shape != (len(self.triangles),):
-            raise ValueError(f"{len(self.triangles)} triangles but object ids of shape {self.object_ids.shape}")
+            raise ValueError(
+                f"{len(self.triangles)} triangles but object ids of shape {self.object_ids.shape}"
+            )
 
     def __len__(self) -> int:
         return len(self.triangles)
@@ -71,10 +76,11 @@ class SceneGeometry:
 
 
 def require_finite(triangles: np.ndarray, name: str) -> None:
-    """Raises SampError that names the object where a coordinate is NaN or infinite."""
-    if not np.isfinite(triangles).all():
+    """Raises SampError that names the object where a coordinate is NaN, infinite or absurdly large."""
+    # NaN compares false. Blender stores an infinite coordinate as the largest number it has.
+    if len(triangles) and not (np.abs(triangles).max() < LARGEST_COORDINATE):
         raise SampError(
-            f"'{name}' has vertices whose coordinates are not numbers; run Mesh > Clean Up, or delete them."
+            f"'{name}' has vertices whose coordinates are not numbers, or far too large; delete those vertices."
         )
 
 
@@ -136,7 +142,9 @@ def spread_over_surface(
     step = np.arange(count)
     index = np.searchsorted(area, (step + 0.5) * (area[-1] / count), side="right").clip(0, len(triangles) - 1)
     # The two-dimensional golden ratio: fractional parts of its powers fill the unit square evenly.
-    return _barycentric(triangles[index], (0.5 + step * 0.7548776662) % 1, (0.5 + step * 0.5698402910) % 1), index
+    return _barycentric(
+        triangles[index], (0.5 + step * 0.7548776662) % 1, (0.5 + step * 0.5698402910) % 1
+    ), index
 
 
 def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
