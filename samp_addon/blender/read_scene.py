@@ -151,7 +151,7 @@ def _shown_meshes(
 
 
 def _rendered_objects(collection: bpy.types.Collection, follow: bool = False) -> set[bpy.types.Object]:
-    """Objects below a collection that no render switch hides; ``follow`` goes on into collection instances."""
+    """Objects below a collection that no render switch hides; ``follow`` goes into collection instances."""
     if collection.hide_render:
         return set()
     found = {obj for obj in collection.objects if not obj.hide_render}

@@ -44,7 +44,7 @@ class SceneGeometry:
 
     @classmethod
     def from_objects(cls, objects: Iterable[tuple[str, np.ndarray]]) -> SceneGeometry:
-        """One scene of (name, triangles (F, 3, 3)) pairs. Raises SampError where a coordinate is not a number."""
+        """One scene of (name, triangles (F, 3, 3)) pairs. Raises SampError, naming it, for NaN."""
         objects = list(objects)
         for name, triangles in objects:
             require_finite(triangles, name)
@@ -80,12 +80,12 @@ def require_finite(triangles: np.ndarray, name: str) -> None:
     # NaN compares false. Blender stores an infinite coordinate as the largest number it has.
     if len(triangles) and not (np.abs(triangles).max() < LARGEST_COORDINATE):
         raise SampError(
-            f"'{name}' has vertices whose coordinates are not numbers, or far too large; delete those vertices."
+            f"'{name}' has vertices whose coordinates are not numbers, or are far too large; delete them."
         )
 
 
 def require_surface(triangles: np.ndarray, name: str) -> np.ndarray:
-    """Areas (F,) in square metres. Raises SampError, naming the object, unless its triangles are finite and large."""
+    """Areas (F,) in square metres. Raises SampError, naming the object, for NaN or no surface."""
     if len(triangles) == 0:
         raise SampError(f"'{name}' has no faces; choose an object with a surface.")
     require_finite(triangles, name)
@@ -96,7 +96,7 @@ def require_surface(triangles: np.ndarray, name: str) -> np.ndarray:
 
 
 def bounds(triangles: np.ndarray) -> np.ndarray:
-    """Lowest and highest corner (2, 3) of triangles (F, 3, 3), metres. Raises SampError where there are none."""
+    """Lowest and highest corner (2, 3) of triangles (F, 3, 3), metres. SampError where there are none."""
     if len(triangles) == 0:
         raise SampError("The scene has no faces; unhide or add the objects that the character shall meet.")
     # Column by column: numpy reduces a short last axis ten times more slowly.
@@ -122,7 +122,7 @@ def areas(triangles: np.ndarray) -> np.ndarray:
 
 
 def sample_surface(triangles: np.ndarray, count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Random points, evenly dense by area: points (count, 3) in metres and their triangles' indices (count,)."""
+    """Random points (count, 3), evenly dense by area, metres, and their triangles' indices (count,)."""
     rng = np.random.default_rng(seed)
     area = np.cumsum(_positive_areas(triangles))
     index = np.searchsorted(area, rng.random(count) * area[-1], side="right").clip(0, len(triangles) - 1)

@@ -1,4 +1,4 @@
-"""The interaction grid: how MotionNet and GoalNet see an object (section 4.3 of the SAMP paper, after NSM)."""
+"""The interaction grid: how MotionNet and GoalNet see an object (SAMP paper, section 4)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RESOLUTION = 8
 CELLS = RESOLUTION**3
 FEATURES = 4 * CELLS
 SAMPLES_PER_CELL_SIDE = 16
-"""Surface samples along a cell's side; the closest of them name the triangles whose exact distance is taken."""
+"""Surface samples along a cell's side; the closest name the triangles to measure exactly."""
 MOST_SAMPLES = 65_536
 THINNEST_SIDE = 1e-4
 """Metres. A flat object (a rug, a bare plane) gets a box of at least this thickness."""
@@ -89,8 +89,8 @@ def surface_distance(
 ) -> np.ndarray:
     """Distances (N,) from points (N, 3) to the closest place on triangles (F, 3, 3), metres.
 
-    The surface is sampled every ``spacing`` metres (at most 65,536 samples), and the exact distance is taken to the
-    triangles of the closest samples: exact on large faces, within about half the spacing on very fine ones.
+    The surface is sampled every ``spacing`` metres (at most 65,536 samples), and the exact distance is taken
+    to the triangles of the closest samples: exact on large faces, within about half the spacing on fine ones.
     """
     area = geometry.areas(triangles) if area is None else area
     count = int(np.clip(area.sum() / spacing**2, CELLS, MOST_SAMPLES))
