@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
+from ..body import human
 from ..frames import to_blender
 from ..motion import Motion
-from ..skeleton import PARENTS
 
 FIGURE_COLOURS = ((0.25, 0.50, 0.88), (0.90, 0.42, 0.22), (0.30, 0.68, 0.38), (0.66, 0.34, 0.72))
 
@@ -21,10 +21,10 @@ def material(name: str, colour: tuple[float, float, float]) -> bpy.types.Materia
     return made
 
 
-def add_mesh(scene: bpy.types.Scene, name: str, vertices: np.ndarray, faces: np.ndarray) -> bpy.types.Object:
+def add_mesh(scene: bpy.types.Scene, name: str, vertices: np.ndarray, faces: Sequence) -> bpy.types.Object:
     """An object of vertices (V, 3) in the network frame and faces (F, 3 or 4)."""
     mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(to_blender(vertices).tolist(), [], np.asarray(faces).tolist())
+    mesh.from_pydata(to_blender(vertices).tolist(), [], [list(face) for face in faces])
     mesh.update()
     thing = bpy.data.objects.new(name, mesh)
     scene.collection.objects.link(thing)
@@ -39,57 +39,42 @@ def add_floor(scene: bpy.types.Scene, centre: np.ndarray, radius: float) -> None
     corners = np.stack([x.ravel(), z.ravel()], -1)[:, None] + np.array([[0, 0], [0, 1], [1, 1], [1, 0]])
     vertices = np.zeros((*corners.shape[:2], 3))
     vertices[..., [0, 2]] = corners / 2.0
-    floor = add_mesh(scene, "Floor", vertices.reshape(-1, 3), np.arange(corners.shape[0] * 4).reshape(-1, 4))
+    squares = np.arange(corners.shape[0] * 4).reshape(-1, 4).tolist()
+    floor = add_mesh(scene, "Floor", vertices.reshape(-1, 3), squares)
     for name, colour in (("Floor light", (0.95, 0.93, 0.90)), ("Floor dark", (0.78, 0.76, 0.73))):
         floor.data.materials.append(material(name, colour))
     floor.data.polygons.foreach_set("material_index", ((x + z) % 2).ravel().astype(np.int32))
 
 
+# What each of the body's materials looks like; clothes take the figure's own colour.
+_PALETTE = {
+    "skin": (0.83, 0.60, 0.47),
+    "shoes": (0.12, 0.12, 0.13),
+    "hair": (0.16, 0.10, 0.07),
+    "eyes": (0.92, 0.92, 0.90),
+    "pupils": (0.05, 0.04, 0.04),
+}
+
+
 class Figure:
-    """A take's body as a mesh that is put into each frame by its vertices."""
+    """A take's body, skinned frame by frame outside Blender: no armature, no Action."""
 
     def __init__(self, scene: bpy.types.Scene, motion: Motion, colour: tuple[float, float, float]) -> None:
-        vertices, faces = _capsules(motion)
-        self._vertices = to_blender(vertices).astype(np.float32)
-        self.object = add_mesh(scene, "Figure", vertices[0], faces)
-        self.object.data.materials.append(material("Figure", colour))
+        body = human.load()
+        self._vertices = human.skin(body, motion)
+        faces = [f[:3] if f[2] == f[3] else f for f in body.faces.tolist()]
+        self.object = add_mesh(scene, "Figure", body.vertices, faces)
+        for name in human.MATERIALS:
+            self.object.data.materials.append(material(f"Figure {name}", _PALETTE.get(name, colour)))
+        self.object.data.polygons.foreach_set("material_index", body.materials.astype(np.int32))
         self.object.data.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
 
     def show(self, frame: int) -> None:
         """Bring frame (the last one, where the take is shorter) up."""
-        self.object.data.vertices.foreach_set(
-            "co", self._vertices[min(frame, len(self._vertices) - 1)].ravel()
-        )
+        at = min(frame, len(self._vertices) - 1)
+        points = to_blender(self._vertices[at]).astype(np.float32)
+        self.object.data.vertices.foreach_set("co", points.ravel())
         self.object.data.update()
-
-
-def _capsules(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Octagonal bones: vertices (T, V, 3), faces (F, 4)."""
-    joints, _ = motion.forward_kinematics()
-    ring = 8
-    angle = np.arange(ring) * 2 * np.pi / ring
-    sections = ((-0.1, 0.5), (0.1, 1.0), (0.9, 0.9), (1.1, 0.4))
-    vertices, faces = [], []
-    for j in range(1, joints.shape[1]):
-        start, end = joints[:, PARENTS[j]], joints[:, j]
-        along = end - start
-        length = np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-6)
-        axis = along / length
-        side = np.cross(axis, np.where(np.abs(axis[:, 2:]) < 0.9, [[0, 0, 1.0]], [[1.0, 0, 0]]))
-        side /= np.linalg.norm(side, axis=-1, keepdims=True)
-        other = np.cross(axis, side)
-        radius = np.clip(0.22 * length, 0.035, 0.075)
-        base = len(vertices) * ring
-        for at, width in sections:
-            circle = (
-                np.cos(angle)[None, :, None] * side[:, None] + np.sin(angle)[None, :, None] * other[:, None]
-            )
-            vertices.append((start + along * at)[:, None] + circle * (radius * width)[:, None])
-        for s in range(len(sections) - 1):
-            for k in range(ring):
-                a, b = base + s * ring + k, base + s * ring + (k + 1) % ring
-                faces.append((a, b, b + ring, a + ring))
-    return np.concatenate(vertices, axis=1), np.array(faces)
 
 
 def build(
@@ -102,7 +87,7 @@ def build(
     add_floor(scene, centre, float(np.linalg.norm(np.ptp(path, axis=0))) / 2 + 2.5)
     if triangles is not None and len(triangles):
         points = np.asarray(triangles).reshape(-1, 3)
-        piece = add_mesh(scene, "Furniture", points, np.arange(len(points)).reshape(-1, 3))
+        piece = add_mesh(scene, "Furniture", points, np.arange(len(points)).reshape(-1, 3).tolist())
         piece.data.materials.append(material("Furniture", (0.72, 0.52, 0.34)))
     return scene, [Figure(scene, m, FIGURE_COLOURS[k % 4]) for k, m in enumerate(motions)]
 
