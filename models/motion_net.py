@@ -37,9 +37,9 @@ class ExpertLayer(nn.Module):
 
     def forward(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
         """x: (B, inputs), gate: (B, experts). Returns (B, outputs)."""
-        each = functional.linear(x, self.weight.flatten(1).to(x.dtype).T).unflatten(1, self.bias.shape)
-        mixed = torch.bmm(gate[:, None].to(x.dtype), each)[:, 0]
-        return mixed + gate.to(x.dtype) @ self.bias.to(x.dtype)
+        each = (x @ self.weight.flatten(1)).unflatten(1, self.bias.shape)
+        mixed = torch.bmm(gate[:, None], each)[:, 0]
+        return mixed + gate @ self.bias
 
     def forward_mixed_weights(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
         """The same by equation 2 to the letter, a weight matrix for each sample: slow, for tests and benchmarks."""
@@ -52,6 +52,7 @@ class Decoder(nn.Module):
 
     def __init__(self, size: int = state.SIZE, hidden: int = 512) -> None:
         super().__init__()
+        self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
         self.gate = three_layers((LATENT + size, 512, 256, EXPERTS))
         self.layers = nn.ModuleList(
             [
@@ -62,11 +63,11 @@ class Decoder(nn.Module):
         )
 
     def forward(
-        self, z: torch.Tensor, x: torch.Tensor, object_code: torch.Tensor, mix_weights: bool = False
+        self, z: torch.Tensor, x: torch.Tensor, features: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """z: (B, 64), x: (B, 647), object_code: (B, 256); normalised in and out. Returns (B, 647)."""
+        """z: (B, 64), x: (B, 647), features: (B, 2048); normalised in and out. Returns (B, 647)."""
         gate = torch.softmax(self.gate(torch.cat([z, x], -1)), -1)
-        h = torch.cat([x, object_code], -1)
+        h = torch.cat([x, self.interaction_encoder(features)], -1)
         for k, layer in enumerate(self.layers):
             step = layer.forward_mixed_weights if mix_weights else layer.forward
             h = step(torch.cat([z, h], -1), gate)
@@ -80,7 +81,7 @@ class MotionNet(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.state_encoder = three_layers((2 * state.SIZE, 512, 256, 256))
-        self.object_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
+        self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
         self.mean = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.log_variance = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.decoder = Decoder()
@@ -88,18 +89,22 @@ class MotionNet(nn.Module):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
 
-    def encode(self, x: torch.Tensor, y: torch.Tensor, code: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I); x and y normalised states (B, 647)."""
+    def normalised_object(self, features: torch.Tensor) -> torch.Tensor:
+        """The object's features (B, 2048), normalised."""
+        return (features - self.object_mean) / self.object_std
+
+    def encode(self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I). x, y: states (B, 647); all normalised."""
+        code = self.interaction_encoder(features)
         h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code], -1)
         return self.mean(h), self.log_variance(h).clamp(-8.0, 4.0)
 
-    def object_code(self, features: torch.Tensor) -> torch.Tensor:
-        """Codes (B, 256) of the object's features (B, 2048)."""
-        return self.object_encoder((features - self.object_mean) / self.object_std)
-
     def step(
-        self, x: torch.Tensor, code: torch.Tensor, z: torch.Tensor, mix_weights: bool = False
+        self, x: torch.Tensor, features: torch.Tensor, z: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """The next states (B, 647), in the root frame of x. x: (B, 647) as state.py lays it out, not normalised."""
-        y = self.decoder(z, (x - self.input_mean) / self.input_std, code, mix_weights)
+        """The next states (B, 647), told in the root frame of x.
+
+        x: (B, 647) as state.py lays it out; features: (B, 2048) of the object; neither normalised. z: (B, 64).
+        """
+        y = self.decoder(z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights)
         return y * self.target_std + self.target_mean

@@ -1,0 +1,180 @@
+"""Sits on furniture: real sits carried to seats of other heights, approached from afar (section 4.2).
+
+The piece of furniture is put under the sit, not the sit onto the piece: its goal coincides with the seated pelvis.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...samp_addon import rotation, skeleton
+from ...samp_addon.motion import Goal, Motion
+from ...samp_addon.refine.foot_lock import lock_feet
+from ..mocap import Clip
+from .events import SitEvent, headings
+from .sequence import Sequence
+from .stitch import WalkIndex, clean_start, join, pose_features
+from .walks import goal_at, way_points
+
+LONGEST_HOLD = 240  # frames of sitting kept in one sequence
+MOST_LIFT = 0.15  # metres by which a sit may be raised or lowered to another seat
+_BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (16, 18), (17, 19), (18, 20), (19, 21), (3, 6), (6, 9), (9, 12), (12, 15)]
+_RADII = np.array([0.07, 0.07, 0.05, 0.05, 0.05, 0.05, 0.04, 0.04, 0.11, 0.11, 0.11, 0.08])
+
+
+@dataclass(frozen=True)
+class Furnishing:
+    """A piece with its goals: surface points (N, 3), goals in its own frame."""
+
+    index: int
+    surface: np.ndarray
+    goals: list[Goal]
+
+
+def lifted(clip: Clip, event_pelvis: float, lift: float) -> Clip:
+    """The clip with its seated pelvis raised by ``lift`` metres; standing frames stay."""
+    standing = np.percentile(clip.root[:, 1], 95)
+    depth = np.clip((standing - clip.root[:, 1]) / max(standing - event_pelvis, 0.05), 0, 1)
+    weight = depth * depth * (3 - 2 * depth)
+    return replace(clip, root=clip.root + np.outer(weight * lift, [0.0, 1.0, 0.0]))
+
+
+def relocked(clip: Clip) -> Clip:
+    """The clip with its feet pinned again after it was changed."""
+    contacts = np.column_stack([np.zeros((len(clip), 3)), clip.feet])
+    locked = lock_feet(Motion(clip.root, clip.rotations, contacts=contacts))
+    return replace(clip, root=locked.root, rotations=rotation.continuous(locked.rotations))
+
+
+def placement(goal: Goal, pelvis: np.ndarray, yaw: float) -> tuple[float, float, float]:
+    """(x, z, yaw) that puts a piece's goal under a pelvis at (3,) that faces yaw."""
+    turn = yaw - np.arctan2(goal.direction[0], goal.direction[2])
+    there = rotation.rotate(rotation.about_y(turn), goal.position)
+    return float(pelvis[0] - there[0]), float(pelvis[2] - there[2]), float(turn)
+
+
+def _probe_points(clip: Clip) -> np.ndarray:
+    """Middle points of the limbs and the trunk (T, 12, 3)."""
+    positions, _ = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
+    return np.stack([(positions[:, a] + positions[:, b]) / 2 for a, b in _BONES], 1)
+
+
+def collides(clip: Clip, piece: Furnishing, place: tuple[float, float, float], seated: np.ndarray) -> str | None:
+    """Why the motion and the piece do not go together, or None. seated: (T,) frames on the seat."""
+    points = _probe_points(clip)[::3]
+    local = points - np.array([place[0], 0.0, place[1]])
+    local = rotation.rotate(np.broadcast_to(rotation.about_y(-place[2]), (*local.shape[:2], 4)), local)
+    distance = cKDTree(piece.surface).query(local.reshape(-1, 3), distance_upper_bound=0.3)[0].reshape(local.shape[:2])
+    deep = distance < 0.55 * _RADII
+    sat = seated[::3]
+    if (deep[~sat][:, 2:].any(1)).mean() > 0.03:
+        return "walks into it"
+    if deep[sat][:, 2:8].any(1).mean() > 0.15:
+        return "limbs in it"
+    if deep[sat][:, 8:].any(1).mean() > 0.15:
+        return "trunk in it"
+    return None
+
+
+class Composer:
+    """Makes sit sequences out of events, pieces and walks; counts what it dropped and why."""
+
+    def __init__(self, events: list[SitEvent], pieces: list[Furnishing], walks: WalkIndex, seed: int) -> None:
+        self.events, self.pieces, self.walks = events, pieces, walks
+        self.rng = np.random.default_rng(seed)
+        self.report: Counter[str] = Counter()
+
+    def compose(self, event: SitEvent) -> Sequence | None:
+        """One sequence from an event: chosen piece, lift, approach, hold and perhaps standing up again."""
+        choice = self._choose_piece(event)
+        if choice is None:
+            self.report["no seat of that height"] += 1
+            return None
+        piece, goal = choice
+        clip, frames = self._excerpt(event)
+        clip = relocked(lifted(clip, event.pelvis[1], goal.position[1] - event.pelvis[1]))
+        if self.rng.random() < 0.75 and frames["down"] > 12:
+            clip, frames = self._approach(clip, frames)
+        middle = slice(frames["seated"] + 3, frames["seat_end"])
+        yaw_all = headings(clip.root, clip.rotations)
+        yaw = np.arctan2(np.sin(yaw_all[middle]).mean(), np.cos(yaw_all[middle]).mean())
+        pelvis = np.median(clip.root[middle], axis=0)
+        place = placement(goal, pelvis, yaw)
+        near_seat = np.zeros(len(clip), bool)
+        near_seat[frames["down"] : frames["up_end"] + 1] = True
+        why = collides(clip, piece, place, near_seat)
+        if why:
+            self.report[why] += 1
+            return None
+        self.report["kept"] += 1
+        return self._sequence(clip, frames, piece.index, place, pelvis, yaw, yaw_all)
+
+    def _choose_piece(self, event: SitEvent) -> tuple[Furnishing, Goal] | None:
+        for k in self.rng.permutation(len(self.pieces)):
+            fits = [g for g in self.pieces[k].goals if abs(g.position[1] - event.pelvis[1]) < MOST_LIFT]
+            if fits:
+                return self.pieces[k], fits[self.rng.integers(len(fits))]
+        return None
+
+    def _excerpt(self, event: SitEvent) -> tuple[Clip, dict[str, int]]:
+        """The event's own frames, from its approach to the end of the hold or of leaving."""
+        last = event.seat_end
+        long_sit = event.seat_end - event.seated > LONGEST_HOLD
+        if long_sit:
+            last = event.seated + LONGEST_HOLD
+        elif event.up_end > event.seat_end:
+            last = event.leave_end
+        clip = event.clip.cut(event.entry, last + 1)
+        frames = {
+            "down": event.down - event.entry,
+            "seated": event.seated - event.entry,
+            "seat_end": min(event.seat_end, last) - event.entry,
+            "up_end": min(event.up_end, last) - event.entry,
+        }
+        return clip, frames
+
+    def _approach(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
+        """A real walk in front of the event, joined where it matches best among some random frames."""
+        features = pose_features(clip.root, clip.rotations)
+        for _ in range(6):
+            entry = int(self.rng.integers(2, max(frames["down"] - 8, 3)))
+            found = self.walks.matches(features[entry], 25, 0.75)
+            if not found:
+                continue
+            number, frame = found[self.rng.integers(len(found))]
+            walk = self.walks.clips[number]
+            start = clean_start(walk, frame, int(self.rng.integers(30, 170)))
+            if frame - start < 15:
+                continue
+            joined = relocked(join(walk.cut(start, frame + 1), clip.cut(entry, len(clip))))
+            shift = (frame - start) - entry
+            return joined, {name: at + shift for name, at in frames.items()}
+        self.report["no walk matched"] += 1
+        return clip, frames
+
+    def _sequence(
+        self, clip: Clip, frames: dict[str, int], piece: int, place: tuple[float, float, float],
+        pelvis: np.ndarray, yaw: float, yaw_all: np.ndarray,
+    ) -> Sequence:  # fmt: skip
+        """Goals: perhaps a way-point first, then the seat, then wherever the clip goes after standing up."""
+        count = len(clip)
+        goal = np.tile([*pelvis, np.sin(yaw), 0.0, np.cos(yaw)], (count, 1))
+        action = np.full(count, 3)
+        if frames["down"] > 75 and self.rng.random() < 0.5:
+            via = int(self.rng.integers(30, frames["down"] - 30))
+            first = goal_at(clip.root, yaw_all, via)
+            near = np.linalg.norm(clip.root[: via + 1, [0, 2]] - first[[0, 2]], axis=-1) < 0.3
+            until = int(np.argmax(near))
+            goal[:until], action[:until] = first, 1
+        if count > frames["up_end"] + 20:
+            leave = frames["seat_end"] - int(self.rng.integers(0, 12))
+            goal[leave:], action[leave:] = way_points(clip.root, yaw_all, clip.labels, leave, count, self.rng)
+        ends_seated = frames["seat_end"] >= count - 2
+        return Sequence(
+            "sit", clip.root, clip.rotations, clip.labels, clip.feet, clip.bad, goal, action, piece, place,
+            open_start=True, open_end=not ends_seated and clip.labels[-1] in ("walk", "run"),
+        )  # fmt: skip

@@ -1,0 +1,190 @@
+"""Trains MotionNet (section 3.4): rollouts with scheduled sampling, one optimiser step a frame. Resumes, logs.
+
+python -m samp_blender.training.motion.train --data cache/motion.npz --work RUN_FOLDER --steps 20000
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from ...models import state
+from ...models.motion_net import MotionNet
+from . import dataset
+
+SHARES = {"sit": 0.52, "walk": 0.30, "run": 0.10, "idle": 0.08}
+WINDOW = 60  # frames of a rollout, L of section B.3
+KL_WEIGHT = 0.1
+# The goal's numbers are never read from a prediction: the caller knows the goal.
+GOAL_WEIGHT = 0.02
+LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
+EMA = 0.99
+EMA_EVERY = 10
+
+
+@dataclass
+class Schedule:
+    """P of equation 5 and the learning rate, over the share of training done."""
+
+    steps: int
+    rate: float
+    sampling_from: float
+    sampling_to: float
+
+    def keep_truth(self, step: int) -> float:
+        """Probability that the true state, not the prediction, is the next input."""
+        done = step / self.steps
+        return float(np.clip(1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from), 0, 1))
+
+    def learning_rate(self, step: int) -> float:
+        """Linear warm-up over 300 steps, then linear decay."""
+        return self.rate * min(1.0, (step + 1) / 300) * max(0.02, 1 - step / self.steps)
+
+
+class Trainer:
+    """The network, its optimiser and averaged weights, and the rollouts in flight."""
+
+    def __init__(self, data: dataset.Dataset, schedule: Schedule, batch: int, seed: int, device: str = "cpu") -> None:
+        torch.manual_seed(seed)
+        self.rng = np.random.default_rng(seed)
+        self.data, self.schedule, self.batch, self.device = data, schedule, batch, device
+        self.net = MotionNet().to(device)
+        self._measure_statistics()
+        self.optimiser = torch.optim.Adam(self.net.parameters(), lr=schedule.rate, fused=True)
+        self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
+        starts = data.starts(WINDOW)
+        kinds = data.kinds[data.sequence[starts]]
+        self.starts = {kind: starts[kinds == kind] for kind in SHARES if (kinds == kind).any()}
+        self.weights = torch.ones(state.SIZE, device=device)
+        self.weights[state.GOAL] = GOAL_WEIGHT
+        self.step_number = 0
+
+    def _measure_statistics(self) -> None:
+        """Mean and standard deviation of inputs, targets and object features over a sample of usable frames."""
+        frames = np.flatnonzero(self.data.usable)
+        frames = np.sort(self.rng.choice(frames, min(len(frames), 60000), replace=False))
+        seated = frames[self.data.seated_goal[frames]][:: max(1, len(frames) // 6000)]
+        sample = {
+            "input": torch.as_tensor(self.data.states[frames].astype(np.float32)),
+            "target": torch.as_tensor(self.data.targets[frames].astype(np.float32)),
+            "object": self.data.object_features(seated) if len(seated) else torch.zeros(2, 2048),
+        }
+        for name, values in sample.items():
+            std = values.std(0)
+            floor = 1e-4 if name == "object" else LEAST_STD
+            std = torch.where(std < 1e-5, torch.ones_like(std), std.clamp(min=floor))
+            getattr(self.net, f"{name}_mean").copy_(values.mean(0))
+            getattr(self.net, f"{name}_std").copy_(std)
+
+    def draw_windows(self) -> np.ndarray:
+        """First frames (B,) of the next rollouts, balanced over the kinds."""
+        share = np.array([SHARES[kind] for kind in self.starts])
+        kinds = self.rng.choice(list(self.starts), self.batch, p=share / share.sum())
+        return np.array([self.rng.choice(self.starts[kind]) for kind in kinds])
+
+    def rollout(self) -> dict[str, float]:
+        """WINDOW optimiser steps over one batch of rollouts; mean losses."""
+        first = self.draw_windows()
+        sums = {"pose": 0.0, "kl": 0.0, "loss": 0.0}
+        x = self._states(self.data.states, first)
+        for t in range(WINDOW):
+            y = self._states(self.data.targets, first + t)
+            predicted, parts = self._step(x, y, self.data.object_features(first + t).to(self.device))
+            for name in sums:
+                sums[name] += parts[name] / WINDOW
+            truth = self._states(self.data.states, first + t + 1)
+            fed = state.reroot(predicted)
+            fed[:, state.GOAL_TRAJECTORY] = truth[:, state.GOAL_TRAJECTORY]
+            fed[:, state.GOAL] = truth[:, state.GOAL]
+            keep = torch.rand(len(truth), 1, device=self.device) < self.schedule.keep_truth(self.step_number)
+            x = torch.where(keep, truth, fed)
+            self.step_number += 1
+        return sums
+
+    def _states(self, source: np.ndarray, frames: np.ndarray) -> torch.Tensor:
+        return torch.as_tensor(source[frames].astype(np.float32), device=self.device)
+
+    def _step(self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor) -> tuple[torch.Tensor, dict]:
+        net = self.net
+        for group in self.optimiser.param_groups:
+            group["lr"] = self.schedule.learning_rate(self.step_number)
+        with torch.autocast(self.device, torch.bfloat16):
+            xn, yn = (x - net.input_mean) / net.input_std, (y - net.target_mean) / net.target_std
+            seen = net.normalised_object(features)
+            mean, log_variance = net.encode(xn, yn, seen)
+            z = mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
+            out = net.decoder(z, xn, seen).float()
+        error = (out - yn).square() * self.weights
+        kl = -0.5 * (1 + log_variance - mean.square() - log_variance.exp()).float().sum(-1).mean()
+        loss = error.sum(-1).mean() + KL_WEIGHT * kl
+        self.optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(net.parameters(), 20.0)
+        self.optimiser.step()
+        if self.step_number % EMA_EVERY == 0:
+            with torch.no_grad():
+                decay = min(EMA, 1 - 1 / (1 + self.step_number / EMA_EVERY))
+                for name, value in net.named_parameters():
+                    self.average[name].lerp_(value, 1 - decay)
+        predicted = out.detach() * net.target_std + net.target_mean
+        pose = error[:, state.POSE].sum(-1).mean()
+        return predicted, {"pose": pose.item(), "kl": kl.item(), "loss": loss.item()}
+
+    def save(self, path: Path) -> None:
+        """A checkpoint to go on from; written beside and then moved, so that a kill never leaves half a file."""
+        body = {"net": self.net.state_dict(), "optimiser": self.optimiser.state_dict(), "average": self.average,
+                "step": self.step_number, "rng": self.rng.bit_generator.state}  # fmt: skip
+        torch.save(body, path.with_suffix(".part"))
+        path.with_suffix(".part").replace(path)
+
+    def resume(self, path: Path) -> None:
+        """Goes on from a checkpoint of this program's own."""
+        body = torch.load(path, map_location=self.device, weights_only=True)
+        self.net.load_state_dict(body["net"])
+        self.optimiser.load_state_dict(body["optimiser"])
+        self.average, self.step_number = body["average"], body["step"]
+        self.rng.bit_generator.state = body["rng"]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--work", type=Path, required=True, help="folder for features, checkpoints and the log")
+    parser.add_argument("--steps", type=int, default=20000)
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="stop and save after this long")
+    parser.add_argument("--batch", type=int, default=512)
+    parser.add_argument("--rate", type=float, default=4e-4)
+    parser.add_argument("--sampling", type=float, nargs=2, default=(0.15, 0.4), help="share of steps: P falls from, to")
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    options.work.mkdir(parents=True, exist_ok=True)
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    data = dataset.load(options.data, options.work / "features")
+    schedule = Schedule(options.steps, options.rate, *options.sampling)
+    trainer = Trainer(data, schedule, options.batch, options.seed, device)
+    checkpoint = options.work / "checkpoint.pt"
+    if checkpoint.exists():
+        trainer.resume(checkpoint)
+    began, first, saved = time.time(), trainer.step_number, time.time()
+    while trainer.step_number < options.steps and time.time() - began < options.minutes * 60:
+        losses = trainer.rollout()
+        rate = (trainer.step_number - first) * options.batch / (time.time() - began)
+        truth = schedule.keep_truth(trainer.step_number)
+        text = " ".join(f"{name} {value:.2f}" for name, value in losses.items())
+        line = f"step {trainer.step_number} truth {truth:.2f} {text} frames/s {rate:.0f}"
+        with (options.work / "log.txt").open("a") as log:
+            log.write(line + "\n")
+        print(line, flush=True)
+        if time.time() - saved > 300:
+            trainer.save(checkpoint)
+            saved = time.time()
+    trainer.save(checkpoint)
+
+
+if __name__ == "__main__":
+    main()
