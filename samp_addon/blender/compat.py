@@ -1,0 +1,97 @@
+"""Every difference between Blender 4.2 and 5.x that this program meets. No other file asks for the version."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+import numpy as np
+
+SLOTTED = bpy.app.version >= (4, 4, 0)  # Actions hold slots, layers and strips
+EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
+
+
+def _channelbag(action: bpy.types.Action, slot: object, create: bool) -> object | None:
+    """The container of a slot's f-curves in the action's first keyframe strip."""
+    if not action.layers:
+        if not create:
+            return None
+        action.layers.new("Layer")
+    layer = action.layers[0]
+    if not layer.strips:
+        if not create:
+            return None
+        layer.strips.new(type="KEYFRAME")
+    return layer.strips[0].channelbag(slot, ensure=create)
+
+
+class CurveWriter:
+    """Adds f-curves in bulk to a new Action for one armature object."""
+
+    def __init__(self, action: bpy.types.Action, owner: bpy.types.Object) -> None:
+        self.action = action
+        self.slot = None
+        self._bag = action
+        if SLOTTED:
+            self.slot = action.slots.new(id_type="OBJECT", name=owner.name)
+            self._bag = _channelbag(action, self.slot, create=True)
+
+    def add(self, path: str, index: int, frames: np.ndarray, values: np.ndarray, group: str) -> None:
+        """One f-curve with linear keys at frames (n,) of values (n,)."""
+        curve = self._new_curve(path, index, group)
+        points = curve.keyframe_points
+        points.add(len(frames))
+        points.foreach_set("co", np.stack([frames, values], axis=1).astype(np.float32).ravel())
+        linear = points[0].bl_rna.properties["interpolation"].enum_items["LINEAR"].value
+        points.foreach_set("interpolation", np.full(len(frames), linear, dtype=np.int32))
+        curve.update()
+
+    def _new_curve(self, path: str, index: int, group: str) -> bpy.types.FCurve:
+        if not SLOTTED:
+            return self._bag.fcurves.new(path, index=index, action_group=group)
+        if bpy.app.version >= (5, 0, 0):
+            return self._bag.fcurves.new(path, index=index, group_name=group)
+        curve = self._bag.fcurves.new(path, index=index)
+        curve.group = self._bag.groups.get(group) or self._bag.groups.new(group)
+        return curve
+
+
+def assign(owner: bpy.types.Object, action: bpy.types.Action) -> None:
+    """Makes the action the object's active one, with the slot that fits it."""
+    data = owner.animation_data or owner.animation_data_create()
+    data.action = action
+    if SLOTTED and action is not None:
+        data.action_slot = _slot_for(owner, action)
+
+
+def _slot_for(owner: bpy.types.Object, action: bpy.types.Action) -> object | None:
+    """The slot of an action that animates this object: its own, the one of its name, or the first for objects."""
+    data = owner.animation_data
+    if data is not None and data.action == action and data.action_slot is not None:
+        return data.action_slot
+    slots = [slot for slot in action.slots if slot.target_id_type in ("OBJECT", "UNSPECIFIED")]
+    return next((slot for slot in slots if slot.name_display == owner.name), slots[0] if slots else None)
+
+
+def curves(action: bpy.types.Action, owner: bpy.types.Object) -> Iterator[bpy.types.FCurve]:
+    """The f-curves of an action that animate this object."""
+    if not SLOTTED:
+        yield from action.fcurves
+        return
+    slot = _slot_for(owner, action)
+    bag = _channelbag(action, slot, create=False) if slot is not None else None
+    if bag is not None:
+        yield from bag.fcurves
+
+
+def select_bone(armature: bpy.types.Object, name: str, state: bool = True) -> None:
+    """Selects a bone for pose mode."""
+    bone = armature.pose.bones[name] if bpy.app.version >= (5, 0, 0) else armature.data.bones[name]
+    bone.select = state
+
+
+def new_shape_key(mesh: bpy.types.Object, name: str, value: float = 0.0) -> bpy.types.ShapeKey:
+    """A shape key with this value; Blender 5 makes new ones with 1."""
+    key = mesh.shape_key_add(name=name, from_mix=False)
+    key.value = value
+    return key
