@@ -1,0 +1,183 @@
+"""How well a body sits or lies at a place: support below, free space for torso, thighs and shins, a back behind.
+
+Places are x and z (N, 2) in a SupportMap's turned frame; yaws (N,) are relative to it, 0 facing its +Z. Scores
+lie between 0 (does not work) and 1. All lengths in metres, of an adult of average height.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .support import SupportMap
+
+SEAT_TO_PELVIS = 0.165
+"""Pelvis joint over the seat. Median over 36 captured sits on the default human: 0.18 to the bare buttocks' lowest
+point, less what flesh and cushion give way."""
+BED_TO_PELVIS = 0.12
+"""Pelvis joint over the mattress of a body on its back (captured: 0.09 to 0.16)."""
+SIT_HEIGHTS = (0.22, 0.86)
+LIE_HEIGHTS = (0.08, 0.86)
+WIDEST_STEP = 0.06
+
+
+def _lattice(across: tuple[float, float], ahead: tuple[float, float], step: float = 0.045) -> np.ndarray:
+    """Body-frame points (P, 2), left and forward, that fill a rectangle."""
+    n = [max(int(round((b - a) / step)) + 1, 2) for a, b in (across, ahead)]
+    left, forward = np.meshgrid(np.linspace(*across, n[0]), np.linspace(*ahead, n[1]), indexing="ij")
+    return np.stack([left.ravel(), forward.ravel()], axis=-1)
+
+
+BUTTOCK_LEFT, BUTTOCK_RIGHT = _lattice((0.03, 0.14), (-0.09, 0.08)), _lattice((-0.14, -0.03), (-0.09, 0.08))
+THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
+TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
+THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50))
+SHINS = _lattice((-0.14, 0.14), (0.42, 0.58))
+BODY_SUPPORT = _lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
+BODY = _lattice((-0.22, 0.22), (-0.55, 0.62), 0.07)
+HEAD = _lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
+FEET = _lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
+BEYOND_HEAD = _lattice((-0.2, 0.2), (-1.15, -0.70), 0.06)
+BEYOND_FEET = BEYOND_HEAD * [1.0, -1.0]
+
+
+def surface_height(grid: SupportMap, places: np.ndarray, radius: float = 0.09) -> np.ndarray:
+    """Median height (N,) of what carries around the places, metres above the floor, NaN where less than half does."""
+    patch = _lattice((-radius, radius), (-radius, radius), radius / 3)
+    heights = np.sort(grid.height(places[:, None] + patch), axis=1)  # NaN sorts last
+    known = np.isfinite(heights).sum(axis=1)
+    median = heights[np.arange(len(places)), np.maximum(known - 1, 0) // 2]
+    return np.where(2 * known >= len(patch), median, np.nan)
+
+
+def sit_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Scores (N,) of sitting with the pelvis over the places, facing the yaws, on seats at these heights (N,)."""
+    score = np.zeros(len(places))
+    possible = np.isfinite(height) & (height >= SIT_HEIGHTS[0]) & (height <= SIT_HEIGHTS[1])
+    rows = np.flatnonzero(possible)
+    for test in (_sit_support, _sit_clear):
+        value = test(grid, places[rows], yaws[rows], height[rows])
+        rows, value = rows[value > 0], value[value > 0]
+        score[rows] = value if test is _sit_support else score[rows] * value
+    keep = np.zeros(len(places))
+    keep[rows] = score[rows] * _sit_comfort(grid, places[rows], yaws[rows], height[rows])
+    return keep
+
+
+def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    sides = [_carried(grid, places, yaws, height, part) for part in (BUTTOCK_LEFT, BUTTOCK_RIGHT)]
+    thighs = _carried(grid, places, yaws, height, THIGH_SUPPORT)
+    worst = np.minimum(*sides)
+    return np.where(
+        (worst >= 0.62) & (thighs >= 0.35), 0.5 * worst + 0.25 * sum(sides) / 2 + 0.25 * thighs, 0.0
+    )
+
+
+def _sit_clear(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    torso = _hit(grid, places, yaws, TORSO, height + 0.13, height + 0.60)
+    thighs = _hit(grid, places, yaws, THIGHS, height + 0.08, height + 0.24)
+    shins = _hit(grid, places, yaws, SHINS, np.minimum(0.12, height - 0.12), height - 0.04)
+    good = (torso <= 0.06) & (thighs <= 0.06) & (shins <= 0.15)
+    return np.where(good, (1 - torso) * (1 - thighs) * (1 - shins), 0.0)
+
+
+def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """A back close behind and square to the body, an edge square to it in front, and a place away from the sides."""
+    ranges = np.arange(0.06, 0.45, 0.02)
+    back = np.stack(
+        [
+            _first_hit(grid, places, yaws, -ranges, x, height + 0.10, height + 0.42)
+            for x in (-0.12, -0.05, 0.05, 0.12)
+        ],
+        1,
+    )
+    has_back = np.clip((0.42 - np.median(back, axis=1)) / 0.22, 0, 1) * np.mean(back < 0.42, axis=1)
+    skew_back = back[:, 0] - back[:, -1]
+    front = np.stack([_edge(grid, places, yaws, ranges, x, height) for x in (-0.11, 0.11)], 1)
+    square = np.where(
+        has_back > 0.3,
+        np.exp(-((skew_back / 0.07) ** 2)),
+        np.exp(-(((front[:, 0] - front[:, 1]) / 0.10) ** 2)),
+    )
+    side = np.minimum(*[_side(grid, places, yaws, ranges, s, height) for s in (-1, 1)])
+    behind = np.minimum(_edge(grid, places, yaws, -ranges, 0.0, height), 0.2) / 0.2
+    room = np.clip(side / 0.22, 0.3, 1)
+    # High seats are climbed, very low ones squatted on: both work, few choose them.
+    tall = np.interp(height, [0.22, 0.36, 0.52, 0.70, 0.86], [0.55, 1.0, 1.0, 0.55, 0.35])
+    leaning = np.maximum(has_back, 0.55 * behind)
+    return tall * (0.35 + 0.65 * leaning) * (0.5 + 0.5 * square) * room
+
+
+def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Scores (N,) of lying on the back with the pelvis over the places; the yaws point from head to feet."""
+    rows = np.flatnonzero(np.isfinite(height) & (height >= LIE_HEIGHTS[0]) & (height <= LIE_HEIGHTS[1]))
+    score = np.zeros(len(places))
+    body = _carried(grid, places[rows], yaws[rows], height[rows], BODY_SUPPORT, 0.10)
+    rows, body = rows[body >= 0.86], body[body >= 0.86]
+    at = places[rows], yaws[rows], height[rows]
+    bump = _hit(grid, at[0], at[1], BODY, at[2] + 0.20, at[2] + 0.50)
+    head = _within(grid, *at, HEAD, -0.06, 0.24)
+    feet_hit = _hit(grid, at[0], at[1], FEET, at[2] + 0.22, at[2] + 0.5)
+    head_hit = _hit(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
+    feet = _within(grid, *at, FEET, -0.10, 0.22)
+    good = (bump <= 0.03) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
+    boards = [
+        _hit(grid, at[0], at[1], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
+    ]
+    # The raised end, a headboard or a pillow, is where the head goes.
+    headed = np.clip(0.5 + 1.5 * (boards[0] - boards[1]), 0.1, 1.0)
+    ranges = np.arange(0.06, 0.75, 0.03)
+    sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
+    within_reach = np.interp(sides.min(axis=1), [0.17, 0.24, 0.55, 0.75], [0.5, 1.0, 1.0, 0.6])
+    tall = np.interp(at[2], [0.08, 0.2, 0.6, 0.86], [0.7, 1.0, 1.0, 0.4])
+    value = body * head * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed) * within_reach * tall
+    score[rows] = np.where(good, value, 0.0)
+    return score
+
+
+def _at(places: np.ndarray, yaws: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Turned-frame points (N, P, 2) of body-frame points (P, 2), left and forward."""
+    sin, cos = np.sin(yaws)[:, None], np.cos(yaws)[:, None]
+    left, forward = part[:, 0], part[:, 1]
+    return places[:, None] + np.stack([left * cos + forward * sin, forward * cos - left * sin], axis=-1)
+
+
+def _within(grid, places, yaws, height, part, low: float, high: float) -> np.ndarray:  # noqa: ANN001
+    """Share (N,) of a part's points with a carrying surface between two heights relative to the seat."""
+    rise = grid.height(_at(places, yaws, part)) - height[:, None]
+    return ((rise >= low) & (rise <= high)).mean(axis=1)
+
+
+def _carried(grid, places, yaws, height, part, step: float = WIDEST_STEP) -> np.ndarray:  # noqa: ANN001
+    return _within(grid, places, yaws, height, part, -step, step)
+
+
+def _hit(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
+    """Share (N,) of a part's points with something solid between two heights above the floor (N,)."""
+    return grid.blocked(_at(places, yaws, part), low[:, None], high[:, None]).mean(axis=1)
+
+
+def _ray(ranges: np.ndarray, left: float) -> np.ndarray:
+    return np.stack([np.full_like(ranges, left), ranges], axis=-1)
+
+
+def _first(found: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """Distance (N,) of the first hit along a ray, or one beyond its end."""
+    distance = np.append(np.abs(ranges), np.abs(ranges[-1]) + 0.05)
+    return distance[np.where(found.any(axis=1), found.argmax(axis=1), len(ranges))]
+
+
+def _first_hit(grid, places, yaws, ranges, left: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
+    return _first(grid.blocked(_at(places, yaws, _ray(ranges, left)), low[:, None], high[:, None]), ranges)
+
+
+def _edge(grid, places, yaws, ranges, left: float, height: np.ndarray) -> np.ndarray:  # noqa: ANN001
+    """How far (N,) the seat goes on in a direction."""
+    rise = grid.height(_at(places, yaws, _ray(ranges, left))) - height[:, None]
+    return _first(~(np.abs(rise) < 0.09), ranges)
+
+
+def _side(grid, places, yaws, ranges, sign: int, height: np.ndarray) -> np.ndarray:  # noqa: ANN001
+    """How far (N,) the seat goes on to one side, seen from the thighs' middle."""
+    part = np.stack([sign * ranges, np.full_like(ranges, 0.03)], axis=-1)
+    rise = grid.height(_at(places, yaws, part)) - height[:, None]
+    return _first(~(np.abs(rise) < 0.09), ranges)
