@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import torch
 
 ASSET = Path(__file__).parent / "human.npz"
-MATERIALS = ("skin", "clothes", "shoes", "hair", "eyes", "pupils")
+MATERIALS = ("skin", "clothes", "trousers", "shoes", "hair", "eyes", "pupils")
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +60,12 @@ class Human:
             vertices = vertices + value * self.shapes[name][0]
             joints = joints + value * self.shapes[name][1]
         return replace(self, vertices=_frozen(vertices), joints=_frozen(joints))
+
+    def fitted(self, joints: np.ndarray) -> Human:
+        """This body with its joints moved to (55, 3), the skin following by its weights; shapes are dropped."""
+        shift = joints - joints[0] - self.joints
+        moved = self.vertices + np.einsum("vk,vka->va", self.weights, shift[self.weight_joints])
+        return replace(self, vertices=_frozen(moved), joints=_frozen(joints - joints[0]), shapes={})
 
     def blend_matrix(self, subset: np.ndarray | None = None) -> np.ndarray:
         """(55 * 4, V): weight times (x, y, z, 1) for each joint, so that skinning is one matrix product."""
