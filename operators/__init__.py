@@ -1,15 +1,19 @@
-"""Everything an artist can press. One file for each operator; its name is the operator's id (``bpy.ops.samp.<name>``)."""
+"""Everything an artist can press: one file for each operator, named as its id (``bpy.ops.samp.<name>``)."""
 
 from __future__ import annotations
 
 import importlib
 
 # The one list of operators. A new one is a file beside this, and its name here.
-OPERATORS = ()
+OPERATORS = (
+    "create_character",
+    "bake",
+    "export_npz",
+)
 
 
 def operator_class(name: str) -> type:
-    """The operator class that ``operators/<name>.py`` defines: the one whose ``bl_idname`` is ``samp.<name>``."""
+    """The class in ``operators/<name>.py`` whose ``bl_idname`` is ``samp.<name>``."""
     module = importlib.import_module(f".{name}", __package__)
     for member in vars(module).values():
         if isinstance(member, type) and getattr(member, "bl_idname", None) == f"samp.{name}":
@@ -18,14 +22,14 @@ def operator_class(name: str) -> type:
 
 
 def register() -> None:
-    """Registers the operators, then the panels and settings that use them."""
+    """Registers the operators, then the panel that shows them."""
     import bpy
 
     from ..samp_addon import ui
 
     for name in OPERATORS:
         bpy.utils.register_class(operator_class(name))
-    ui.register()
+    ui.register(OPERATORS)
 
 
 def unregister() -> None:

@@ -1,0 +1,61 @@
+"""Create Character: the default human at the 3D cursor."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
+
+from ..samp_addon.blender import character
+from . import outcome
+
+
+def _shape(name: str, description: str) -> object:
+    return FloatProperty(name=name, description=description, default=0.0, min=0.0, max=1.0, subtype="FACTOR")
+
+
+class SAMP_OT_create_character(bpy.types.Operator):
+    """Make a person on an SMPL-X armature, standing at the 3D cursor"""
+
+    bl_idname = "samp.create_character"
+    bl_label = "Create Character"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: StringProperty(name="Name", default="Human")
+    location: FloatVectorProperty(
+        name="Location", description="Where the soles stand", subtype="TRANSLATION", size=3
+    )
+    yaw: FloatProperty(
+        name="Facing",
+        description="Turn to the left from facing -Y, seen from above",
+        subtype="ANGLE",
+        default=0.0,
+    )
+    male: _shape("Male", "Towards a man's figure")
+    female: _shape("Female", "Towards a woman's figure")
+    tall: _shape("Tall", "Longer bones")
+    short: _shape("Short", "Shorter bones")
+    heavy: _shape("Heavy", "More weight")
+    thin: _shape("Thin", "Less weight")
+    muscular: _shape("Muscular", "More muscle")
+    elder: _shape("Elder", "An older figure")
+
+    SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to Object Mode first")
+            return False
+        return True
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        self.location = context.scene.cursor.location
+        return self.execute(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._create(context))
+
+    def _create(self, context: bpy.types.Context) -> str:
+        shapes = {name: getattr(self, name) for name in self.SHAPES}
+        made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
+        return f"Created '{made.name}'."

@@ -1,0 +1,40 @@
+"""Export .npz: the character's Action as an AMASS SMPL-X file."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import StringProperty
+
+from ..samp_addon.blender import takes
+from . import outcome
+
+
+class SAMP_OT_export_npz(bpy.types.Operator):
+    """Write the character's active Action as an AMASS SMPL-X .npz file"""
+
+    bl_idname = "samp.export_npz"
+    bl_label = "Export .npz"
+    bl_options = {"REGISTER"}
+
+    filepath: StringProperty(name="File", description="Where to write the take", subtype="FILE_PATH")
+    filter_glob: StringProperty(default="*.npz", options={"HIDDEN"})
+    character: StringProperty(
+        name="Character", description="SMPL-X armature; empty: the active one, or the only one"
+    )
+    action_name: StringProperty(name="Action", description="The Action to write; empty: the active one")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return takes.can_bake(context, cls.poll_message_set)
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        self.filepath = self.filepath or "take.npz"
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._export(context))
+
+    def _export(self, context: bpy.types.Context) -> str:
+        path = takes.export_file(context, bpy.path.abspath(self.filepath), self.character, self.action_name)
+        return f"Wrote '{path}'."

@@ -1,0 +1,116 @@
+"""Takes as AMASS SMPL-X .npz, the file that SMPL-X tools exchange.
+
+AMASS is Z-up. Its ``trans`` is not the pelvis: SMPL-X turns the body about the rest pelvis J0 and then adds ``trans``,
+so pelvis = J0 + trans. J0 is that of SMPL-X's mean body, since exported files carry betas of zero.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from . import frames, rotation, skeleton
+from .body.hands import complete
+from .errors import SampError
+from .motion import Motion
+
+# Rest pelvis of SMPL-X's mean body, metres, Y up.
+REST_PELVIS = np.array([0.0031, -0.3514, 0.0120])
+_PARTS = {
+    "root_orient": (0, 1),
+    "pose_body": (1, 22),
+    "pose_jaw": (22, 23),
+    "pose_eye": (23, 25),
+    "pose_hand": (25, 55),
+}
+# Beyond AMASS' own keys: what a take knows of itself, so that reading gives back what was written.
+_EXTRA = {"contacts": "samp_contacts", "actions": "samp_actions"}
+_START = "samp_interaction_start"
+
+
+def write_amass(motion: Motion, path: str | Path, gender: str = "neutral") -> Path:
+    """Writes a take at its own frame rate; missing fingers are relaxed. Returns the path, which ends in .npz.
+
+    Raises SampError for a take with values that are not numbers and where the file cannot be written.
+    """
+    if len(motion) == 0 or not (np.isfinite(motion.root).all() and np.isfinite(motion.rotations).all()):
+        raise SampError("The take is empty or holds values that are not numbers; generate it again.")
+    turn = rotation.matrix_to_quaternion(frames.BLENDER_FROM_NETWORK)
+    quaternions = complete(motion.rotations)
+    quaternions[:, 0] = rotation.multiply(turn, quaternions[:, 0])
+    vectors = rotation.to_axis_angle(quaternions).astype(np.float32)
+    content = {
+        "gender": np.array(gender),
+        "surface_model_type": np.array("smplx"),
+        "mocap_frame_rate": np.array(float(motion.fps)),
+        "mocap_time_length": np.array(len(motion) / motion.fps),
+        "num_betas": np.array(16),
+        "betas": np.zeros(16, dtype=np.float32),
+        "trans": (frames.to_blender(motion.root) - REST_PELVIS).astype(np.float32),
+        "poses": vectors.reshape(len(motion), -1),
+    }
+    for key, (first, last) in _PARTS.items():
+        content[key] = vectors[:, first:last].reshape(len(motion), -1)
+    for name, key in _EXTRA.items():
+        if getattr(motion, name) is not None:
+            content[key] = getattr(motion, name).astype(np.float32)
+    if motion.interaction_start is not None:
+        content[_START] = np.array(motion.interaction_start)
+    path = Path(path).with_suffix(".npz")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("wb") as file:
+            np.savez_compressed(file, **content)
+    except OSError as error:
+        raise SampError(f"'{path}' cannot be written ({error.strerror}); choose another folder.") from error
+    return path
+
+
+def read_amass(path: str | Path) -> Motion:
+    """Reads an AMASS file of an SMPL, SMPL-H or SMPL-X body: 22 joints, or 55 where it is SMPL-X.
+
+    The body's own shape (betas) needs SMPL-X's model files and is not read: the mean body's rest pelvis stands for it,
+    and the root is off by as much as theirs differ, a few centimetres. Raises SampError for another file.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            content = {key: data[key] for key in data.files if data[key].dtype.kind in "fiuUS"}
+    except FileNotFoundError as error:
+        raise SampError(f"There is no file '{path}'; choose an AMASS .npz file.") from error
+    except (OSError, ValueError, zipfile.BadZipFile, AttributeError) as error:
+        raise SampError(
+            f"'{path}' is not an .npz file that can be read; choose an AMASS .npz file."
+        ) from error
+    poses = _poses(content)
+    rate = content.get("mocap_frame_rate", content.get("mocap_framerate"))
+    if poses is None or rate is None or content.get("trans", np.empty(0)).shape != (len(poses), 3):
+        raise SampError(f"'{path.name}' is not an AMASS motion: it needs poses, trans and mocap_frame_rate.")
+    vectors = poses[:, : 165 if poses.shape[1] >= 165 else 66].reshape(len(poses), -1, 3)
+    quaternions = rotation.continuous(rotation.from_axis_angle(vectors))
+    turn = rotation.matrix_to_quaternion(frames.NETWORK_FROM_BLENDER)
+    quaternions[:, 0] = rotation.multiply(turn, quaternions[:, 0])
+    extra = {
+        name: content[key].astype(np.float64)
+        for name, key in _EXTRA.items()
+        if content.get(key, np.empty(0)).shape == (len(poses), 5)
+    }
+    if _START in content:
+        extra["interaction_start"] = int(content[_START])
+    root = frames.to_network(content["trans"] + REST_PELVIS)
+    return Motion(root=root, rotations=quaternions, fps=float(rate), **extra)
+
+
+def _poses(content: dict[str, np.ndarray]) -> np.ndarray | None:
+    """Rotation vectors (T, 66 or more) from ``poses`` or from its parts; None where there are neither."""
+    if "poses" in content:
+        poses = content["poses"]
+    elif all(key in content for key in _PARTS):
+        poses = np.concatenate([content[key] for key in _PARTS], axis=1)
+    elif "root_orient" in content and "pose_body" in content:
+        poses = np.concatenate([content["root_orient"], content["pose_body"]], axis=1)
+    else:
+        return None
+    return poses if poses.ndim == 2 and len(poses) and poses.shape[1] >= 66 else None
