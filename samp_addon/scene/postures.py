@@ -32,6 +32,14 @@ THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
 TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
 THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50))
 SHINS = _lattice((-0.14, 0.14), (0.42, 0.58))
+AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40))
+AROUND = np.concatenate(
+    [
+        r * np.stack([np.sin(a), np.cos(a)], -1)
+        for r in (0.26, 0.34, 0.42)
+        for a in [np.arange(16) * np.pi / 8]
+    ]
+)
 BODY_SUPPORT = _lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
 BODY = _lattice((-0.22, 0.22), (-0.55, 0.62), 0.07)
 HEAD = _lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
@@ -75,9 +83,15 @@ def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
 def _sit_clear(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
     torso = _hit(grid, places, yaws, TORSO, height + 0.13, height + 0.60)
     thighs = _hit(grid, places, yaws, THIGHS, height + 0.08, height + 0.24)
-    shins = _hit(grid, places, yaws, SHINS, np.minimum(0.12, height - 0.12), height - 0.04)
-    good = (torso <= 0.06) & (thighs <= 0.06) & (shins <= 0.15)
-    return np.where(good, (1 - torso) * (1 - thighs) * (1 - shins), 0.0)
+    below = grid.blocked(
+        _at(places, yaws, SHINS), np.minimum(0.12, height - 0.12)[:, None], (height - 0.04)[:, None]
+    )
+    # A mattress may be a hollow sheet: where the surface goes on, there is no room for shins under it.
+    on = grid.height(_at(places, yaws, SHINS)) > height[:, None] - 0.12
+    shins = (below | on).mean(axis=1)
+    ahead = _hit(grid, places, yaws, AHEAD, height + 0.14, height + 0.60)
+    good = (torso <= 0.06) & (thighs <= 0.06) & (shins <= 0.15) & (ahead <= 0.15)
+    return np.where(good, (1 - torso) * (1 - thighs) * (1 - shins) * (1 - ahead) ** 3, 0.0)
 
 
 def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -91,20 +105,21 @@ def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
         1,
     )
     has_back = np.clip((0.42 - np.median(back, axis=1)) / 0.22, 0, 1) * np.mean(back < 0.42, axis=1)
-    skew_back = back[:, 0] - back[:, -1]
-    front = np.stack([_edge(grid, places, yaws, ranges, x, height) for x in (-0.11, 0.11)], 1)
-    square = np.where(
-        has_back > 0.3,
-        np.exp(-((skew_back / 0.07) ** 2)),
-        np.exp(-(((front[:, 0] - front[:, 1]) / 0.10) ** 2)),
-    )
+    skew = np.where(has_back > 0.3, (back[:, 0] - back[:, -1]) / 0.07, 0.0)
+    front = np.stack([_edge(grid, places, yaws, ranges, x, height) for x in (-0.11, 0.0, 0.11)], 1)
+    straight = np.exp(-(skew**2) - (np.ptp(front, axis=1) / 0.09) ** 2)
     side = np.minimum(*[_side(grid, places, yaws, ranges, s, height) for s in (-1, 1)])
     behind = np.minimum(_edge(grid, places, yaws, -ranges, 0.0, height), 0.2) / 0.2
     room = np.clip(side / 0.22, 0.3, 1)
     # High seats are climbed, very low ones squatted on: both work, few choose them.
     tall = np.interp(height, [0.22, 0.36, 0.52, 0.70, 0.86], [0.55, 1.0, 1.0, 0.55, 0.35])
-    leaning = np.maximum(has_back, 0.55 * behind)
-    return tall * (0.35 + 0.65 * leaning) * (0.5 + 0.5 * square) * room
+    leaning = np.maximum(has_back, 0.4 * behind)
+    # What looks down on a seat is its armrest, back or pillow.
+    drop = height[:, None] - grid.height(_at(places, yaws, AROUND))
+    lower = (drop > 0.07) & (drop < 0.45) & (drop < height[:, None] - SIT_HEIGHTS[0] + 0.05)
+    over = lower.sum(axis=1) / np.maximum(np.isfinite(drop).sum(axis=1), 8)
+    proper = np.interp(over, [0.2, 0.5], [1.0, 0.0])
+    return tall * (0.25 + 0.75 * leaning) * (0.2 + 0.8 * straight) * room * proper
 
 
 def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:

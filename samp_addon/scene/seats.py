@@ -77,7 +77,11 @@ def seats_on(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     many = np.repeat(places, DIRECTIONS, axis=0), np.tile(yaws, len(places)), np.repeat(height, DIRECTIONS)
     score = _score(grid, action, *many)
     chosen = _suppress(many[0], many[1], score, action, limit)
+    if not len(chosen):
+        return []
     places, yaws, height, score = _refine(grid, action, many[0][chosen], many[1][chosen])
+    if action == "sit":
+        score = np.where(_above_a_seat(places, height, score), 0, score)
     order = np.argsort(-score, kind="stable")
     worth = score[order] >= max(LEAST_SCORE, WORTH * score.max()) if len(score) else []
     return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in order[worth]]
@@ -122,7 +126,7 @@ def infer_front_yaw(triangles: np.ndarray) -> float:
     grid = map_of(triangles)
     quarters = grid.yaw + np.arange(4) * np.pi / 2
     facing = frames.yaw_direction(quarters)
-    seats = seats_on(grid, "sit")
+    seats = seats_on(grid, "sit", limit=64)
     pull = sum((seat.score**2 * seat.goal.direction for seat in seats), np.zeros(3))
     total = sum(seat.score**2 for seat in seats)
     if total == 0 or np.linalg.norm(pull) < 0.25 * total:
@@ -180,6 +184,13 @@ def _suppress(places: np.ndarray, yaws: np.ndarray, score: np.ndarray, action: s
         angle = np.abs((yaws - yaws[best] + np.pi) % (2 * np.pi) - np.pi)
         left[(apart < near) & (angle < turn)] = 0
     return np.array(chosen, dtype=int)
+
+
+def _above_a_seat(places: np.ndarray, height: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """Which (N,) candidates look down on a seat close by that is as good: backs and arms as wide as a seat."""
+    apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    drop = height[:, None] - height
+    return ((apart < 0.9) & (drop > 0.1) & (drop < 0.5) & (score > 0.7 * score[:, None])).any(axis=1)
 
 
 def _refine(
