@@ -1,0 +1,84 @@
+"""How varied takes are (APD, equation 6 of SAMP) and how near to real motion (Frechet distance, equation 9).
+
+Features are told in the root's frame: the pelvis' place on the floor, turned by the heading.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import linalg
+
+from .. import rotation
+from ..frames import direction_yaw
+from ..motion import Motion
+from ..skeleton import BODY_COUNT
+from .metrics import heading
+
+TRAJECTORY_SAMPLES = np.linspace(-1, 1, 13)
+"""Seconds around a frame at which the root's path is sampled."""
+
+
+def pose_features(motion: Motion) -> np.ndarray:
+    """22 joints x (position 3, forward 3, up 3, velocity 3) of each frame in its root's frame: (T, 264)."""
+    joints, globals_ = motion.forward_kinematics()
+    joints, globals_ = joints[:, :BODY_COUNT], globals_[:, :BODY_COUNT]
+    home = rotation.about_y(-direction_yaw(heading(motion)))[:, None]
+    floor = motion.root * [1.0, 0.0, 1.0]
+    moved = np.gradient(joints, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(joints)
+    columns = rotation.quaternion_to_matrix(globals_)
+    parts = [joints - floor[:, None], columns[..., 2], columns[..., 1], moved]
+    told = [rotation.rotate(np.broadcast_to(home, (*part.shape[:2], 4)), part) for part in parts]
+    return np.stack(told, axis=2).reshape(len(motion), -1)
+
+
+def trajectory_features(motion: Motion) -> np.ndarray:
+    """The root's ground positions and directions at 13 times from -1 s to +1 s, in its frame now: (T, 52)."""
+    yaw = direction_yaw(heading(motion))
+    steps = np.round(TRAJECTORY_SAMPLES * motion.fps).astype(int)
+    at = np.clip(np.arange(len(motion))[:, None] + steps, 0, len(motion) - 1)
+    offset = (motion.root[at] - motion.root[:, None])[..., [0, 2]]
+    cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    turned = np.stack(
+        [cosine * offset[..., 0] - sine * offset[..., 1], sine * offset[..., 0] + cosine * offset[..., 1]], -1
+    )
+    relative = yaw[at] - yaw[:, None]
+    return np.concatenate([turned, np.sin(relative)[..., None], np.cos(relative)[..., None]], -1).reshape(
+        len(motion), -1
+    )
+
+
+def average_pairwise_distance(features: np.ndarray) -> float:
+    """APD of features (N, D): the mean squared distance of all pairs (equation 6); 0 for fewer than two.
+
+    The mean over pairs is twice the variance with N - 1, summed over the features.
+    """
+    if len(features) < 2:
+        return 0.0
+    return float(2 * np.var(features, axis=0, ddof=1).sum())
+
+
+def diversity(motions: Sequence[Motion]) -> float:
+    """APD of the local poses of several takes of the same job."""
+    return average_pairwise_distance(np.concatenate([pose_features(m) for m in motions]))
+
+
+def frechet_distance(ours: np.ndarray, real: np.ndarray) -> float:
+    """Frechet distance of two sets of features (N, D) and (M, D), each taken as one normal distribution."""
+    gap = ours.mean(0) - real.mean(0)
+    a, b = np.atleast_2d(np.cov(ours.T)), np.atleast_2d(np.cov(real.T))
+    # Of the product only the eigenvalues count; both are symmetric, so they are real and not negative.
+    root = linalg.sqrtm(a)
+    inner = np.linalg.eigvalsh(root.real @ b @ root.real)
+    trace = np.trace(a) + np.trace(b) - 2 * np.sqrt(np.maximum(inner, 0)).sum()
+    return float(max(gap @ gap + trace, 0.0))
+
+
+def motion_distance(ours: Sequence[Motion], real: Sequence[Motion]) -> float:
+    """FD between takes and real motion on the features of equation 9."""
+
+    def features(motions: Sequence[Motion]) -> np.ndarray:
+        return np.concatenate([np.hstack([pose_features(m), trajectory_features(m)]) for m in motions])
+
+    return frechet_distance(features(ours), features(real))

@@ -1,0 +1,93 @@
+"""How the feet stand: foot slide after Zhang et al. 2018 (mode-adaptive networks) and slide in stances.
+
+A foot's sole patch is the skin under it; its speed is that of the patch's middle, its height that of its
+lowest vertex, over the floor. Network frame, metres.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from scipy import ndimage
+
+from ..body import human
+from ..motion import Motion
+from ..skeleton import INDEX
+
+SLIDE_HEIGHT = 2.5
+"""Centimetres: H of the foot slide. A higher foot is free to move."""
+
+STANCE_HEIGHT, STANCE_SPEED = 1.5, 15.0
+"""Centimetres, and centimetres a second: a stance stays below both."""
+
+STANCE_SECONDS = 5 / 30
+SOLE_THICKNESS = 0.015
+"""Metres over the lowest vertex of the rest pose that still count as sole."""
+
+
+@functools.cache
+def sole_patches() -> tuple[np.ndarray, np.ndarray]:
+    """Vertex indices of the left and of the right sole of the default human."""
+    body = human.load()
+    main = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0]
+    low = body.vertices[:, 1] < body.floor + SOLE_THICKNESS
+    patches = []
+    for side in ("left", "right"):
+        patches.append(np.flatnonzero(low & np.isin(main, [INDEX[f"{side}_ankle"], INDEX[f"{side}_foot"]])))
+    return patches[0], patches[1]
+
+
+def sole_tracks(motion: Motion, floor: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of both feet, (T, 2) each: horizontal speed of the sole patch in cm/s, and in cm over the floor the
+    height of its lowest vertex and of its middle."""
+    speeds, lowest, middle = [], [], []
+    for patch in sole_patches():
+        vertices = human.skin(human.load(), motion, patch).astype(np.float64)
+        centre = vertices.mean(1)
+        moved = (
+            np.gradient(centre[:, [0, 2]], 1 / motion.fps, axis=0) if len(motion) > 1 else centre[:, :2] * 0
+        )
+        speeds.append(np.linalg.norm(moved, axis=-1) * 100)
+        lowest.append((vertices[..., 1].min(1) - floor) * 100)
+        middle.append((centre[:, 1] - floor) * 100)
+    return np.stack(speeds, -1), np.stack(lowest, -1), np.stack(middle, -1)
+
+
+def foot_slide(speed: np.ndarray, height: np.ndarray) -> float:
+    """Mean of v (2 - 2^(h / H)) over frames and feet, cm/s; v: (T, 2) cm/s, h: (T, 2) cm, H = 2.5 cm."""
+    share = 2 - 2 ** (np.clip(height, 0, SLIDE_HEIGHT) / SLIDE_HEIGHT)
+    return float((speed * share).mean())
+
+
+def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
+    """Flags (T, 2): the sole patch within 1.5 cm of its support, slower than 15 cm/s, for 5 frames of 30."""
+    still = (np.abs(height) <= STANCE_HEIGHT) & (speed < STANCE_SPEED)
+    least = max(int(round(STANCE_SECONDS * fps)), 1)
+    result = np.zeros_like(still)
+    for foot in range(still.shape[1]):
+        runs, count = ndimage.label(still[:, foot])
+        length = np.bincount(runs, minlength=count + 1)
+        length[0] = 0
+        result[:, foot] = length[runs] >= least
+    return result
+
+
+def measures(motion: Motion, floor: float = 0.0) -> dict[str, float | None]:
+    """Foot slide (cm/s), mean speed in stances (cm/s; None without one) and the share of time in stance."""
+    speed, lowest, middle = sole_tracks(motion, floor)
+    # The patch is up to 1.5 cm thick: its middle is measured from where it is when the foot stands flat.
+    standing = stances(speed, middle - _flat_middle(), motion.fps)
+    return {
+        "foot_slide_cm_s": foot_slide(speed, lowest),
+        "stance_slide_cm_s": float(speed[standing].mean()) if standing.any() else None,
+        "stance_share": float(standing.mean()),
+        "foot_depth_cm": float(max(-lowest.min(), 0.0)),
+    }
+
+
+@functools.cache
+def _flat_middle() -> float:
+    body = human.load()
+    heights = [body.vertices[patch, 1].mean() - body.vertices[patch, 1].min() for patch in sole_patches()]
+    return float(np.mean(heights) * 100)
