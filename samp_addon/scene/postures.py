@@ -41,7 +41,7 @@ AROUND = np.concatenate(
     ]
 )
 BODY_SUPPORT = _lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
-BODY = _lattice((-0.22, 0.22), (-0.55, 0.62), 0.07)
+BODY = _lattice((-0.19, 0.19), (-0.55, 0.62), 0.07)
 HEAD = _lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
 FEET = _lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
 BEYOND_HEAD = _lattice((-0.2, 0.2), (-1.15, -0.70), 0.06)
@@ -82,16 +82,16 @@ def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
 
 def _sit_clear(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
     torso = _hit(grid, places, yaws, TORSO, height + 0.13, height + 0.60)
-    thighs = _hit(grid, places, yaws, THIGHS, height + 0.08, height + 0.24)
+    thighs = _barred(grid, places, yaws, THIGHS, height + 0.08, height + 0.24)
     below = grid.blocked(
         _at(places, yaws, SHINS), np.minimum(0.12, height - 0.12)[:, None], (height - 0.04)[:, None]
     )
     # A mattress may be a hollow sheet: where the surface goes on, there is no room for shins under it.
     on = grid.height(_at(places, yaws, SHINS)) > height[:, None] - 0.12
     shins = (below | on).mean(axis=1)
-    ahead = _hit(grid, places, yaws, AHEAD, height + 0.14, height + 0.60)
-    good = (torso <= 0.06) & (thighs <= 0.06) & (shins <= 0.15) & (ahead <= 0.15)
-    return np.where(good, (1 - torso) * (1 - thighs) * (1 - shins) * (1 - ahead) ** 3, 0.0)
+    ahead = _barred(grid, places, yaws, AHEAD, height + 0.14, height + 0.60)
+    good = (torso <= 0.06) & (thighs <= 0.26) & (shins <= 0.15) & (ahead <= 0.30)
+    return np.where(good, (1 - torso) * (1 - thighs) * (1 - shins) * (1 - ahead), 0.0)
 
 
 def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -134,7 +134,7 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     feet_hit = _hit(grid, at[0], at[1], FEET, at[2] + 0.22, at[2] + 0.5)
     head_hit = _hit(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
     feet = _within(grid, *at, FEET, -0.10, 0.22)
-    good = (bump <= 0.03) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
+    good = (bump <= 0.06) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
     boards = [
         _hit(grid, at[0], at[1], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
     ]
@@ -144,7 +144,12 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
     within_reach = np.interp(sides.min(axis=1), [0.17, 0.24, 0.55, 0.75], [0.5, 1.0, 1.0, 0.6])
     tall = np.interp(at[2], [0.08, 0.2, 0.6, 0.86], [0.7, 1.0, 1.0, 0.4])
-    value = body * head * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed) * within_reach * tall
+    quarter = (at[1] + np.pi / 4) % (np.pi / 2) - np.pi / 4
+    straight = 0.3 + 0.7 * np.exp(-((quarter / np.radians(12)) ** 2))
+    long_way = np.abs(np.stack([np.sin(at[1]), np.cos(at[1])], -1)) @ (grid.high - grid.low)
+    along = np.where(long_way >= 0.9 * (grid.high - grid.low).max(), 1.0, 0.65)
+    value = body * head * (1 - 4 * bump) * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed)
+    value *= within_reach * tall * straight * along
     score[rows] = np.where(good, value, 0.0)
     return score
 
@@ -169,6 +174,13 @@ def _carried(grid, places, yaws, height, part, step: float = WIDEST_STEP) -> np.
 def _hit(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
     """Share (N,) of a part's points with something solid between two heights above the floor (N,)."""
     return grid.blocked(_at(places, yaws, part), low[:, None], high[:, None]).mean(axis=1)
+
+
+def _barred(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
+    """Share (N,) of a part's forward lines that meet something solid anywhere: thin rails bar the way, too."""
+    hit = grid.blocked(_at(places, yaws, part), low[:, None], high[:, None])
+    lines = len(np.unique(part[:, 0]))
+    return hit.reshape(len(places), lines, -1).any(axis=2).mean(axis=1)
 
 
 def _ray(ranges: np.ndarray, left: float) -> np.ndarray:

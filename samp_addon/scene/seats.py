@@ -20,9 +20,11 @@ from .support import SupportMap
 
 DIRECTIONS = 24
 MOST_PLACES = 1200
-WORTH = 0.35
+WORTH = {"sit": 0.35, "lie": 0.5}
 """A goal's least share of the best goal's score on the same object."""
-LEAST_SCORE = 0.12
+LEAST_SCORE = 0.15
+BACKED = 0.6
+"""Scores of seats above this have a back to lean on, so that they tell where an object's front is."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def seats_on(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     if action == "sit":
         score = np.where(_above_a_seat(places, height, score), 0, score)
     order = np.argsort(-score, kind="stable")
-    worth = score[order] >= max(LEAST_SCORE, WORTH * score.max()) if len(score) else []
+    worth = score[order] >= max(LEAST_SCORE, WORTH[action] * score.max()) if len(score) else []
     return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in order[worth]]
 
 
@@ -128,9 +130,12 @@ def infer_front_yaw(triangles: np.ndarray) -> float:
     facing = frames.yaw_direction(quarters)
     seats = seats_on(grid, "sit", limit=64)
     pull = sum((seat.score**2 * seat.goal.direction for seat in seats), np.zeros(3))
-    total = sum(seat.score**2 for seat in seats)
-    if total == 0 or np.linalg.norm(pull) < 0.25 * total:
-        pull = _away_from_the_rise(grid)
+    rise = _away_from_the_rise(grid)
+    backed = bool(seats) and seats[0].score >= BACKED
+    if rise.any() and not backed:
+        pull = rise
+    elif np.linalg.norm(pull) < 0.25 * sum(seat.score**2 for seat in seats):
+        pull = rise
     if not pull.any():
         size = grid.high - grid.low
         # Steady under rounding: of two equal ways the one nearer to +Z.

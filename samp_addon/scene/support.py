@@ -22,6 +22,8 @@ CEILING = 1.75
 """Metres above the floor; nothing higher touches a body that sits or lies on a surface below 0.9 m."""
 STEEPEST = 0.75
 """Least vertical part of a normal that still carries: slopes up to 41 degrees."""
+HIGHEST = 0.95
+"""Metres over the floor; the upper bunk carries too, but the one below it is the one to look for."""
 HEADROOM = 0.55
 """Metres of free space over a place for it to count as a surface that can be reached from above."""
 
@@ -147,7 +149,8 @@ def _near(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarra
 
 def _highest(points: np.ndarray, index: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Height map (X, Z): the highest carrying sample of each column with headroom over it; small holes closed."""
-    points, index = points[index >= 0], index[index >= 0]
+    use = (index >= 0) & (points[:, 1] < HIGHEST)
+    points, index = points[use], index[use]
     levels, depth = counts.shape[1] - 1, counts.shape[2]
     z, y, x = index % depth, index // depth % levels, index // (depth * levels)
     above = np.minimum(y + int(HEADROOM / CELL), levels)
