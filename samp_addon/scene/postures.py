@@ -59,16 +59,15 @@ def surface_height(grid: SupportMap, places: np.ndarray, radius: float = 0.09) -
 
 def sit_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
     """Scores (N,) of sitting with the pelvis over the places, facing the yaws, on seats at these heights (N,)."""
-    score = np.zeros(len(places))
-    possible = np.isfinite(height) & (height >= SIT_HEIGHTS[0]) & (height <= SIT_HEIGHTS[1])
-    rows = np.flatnonzero(possible)
-    for test in (_sit_support, _sit_clear):
-        value = test(grid, places[rows], yaws[rows], height[rows])
+    rows = np.flatnonzero(np.isfinite(height) & (height >= SIT_HEIGHTS[0]) & (height <= SIT_HEIGHTS[1]))
+    value = np.ones(len(rows))
+    # The most telling tests come first, so that the others see few candidates.
+    for test in (_sit_support, _shins_free, _torso_free, _thighs_free, _free_ahead, _sit_comfort):
+        value = value * test(grid, places[rows], yaws[rows], height[rows])
         rows, value = rows[value > 0], value[value > 0]
-        score[rows] = value if test is _sit_support else score[rows] * value
-    keep = np.zeros(len(places))
-    keep[rows] = score[rows] * _sit_comfort(grid, places[rows], yaws[rows], height[rows])
-    return keep
+    score = np.zeros(len(places))
+    score[rows] = value
+    return score
 
 
 def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -80,18 +79,28 @@ def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
     )
 
 
-def _sit_clear(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    torso = _hit(grid, places, yaws, TORSO, height + 0.13, height + 0.60)
-    thighs = _barred(grid, places, yaws, THIGHS, height + 0.08, height + 0.24)
-    below = grid.blocked(
-        _at(places, yaws, SHINS), np.minimum(0.12, height - 0.12)[:, None], (height - 0.04)[:, None]
-    )
+def _shins_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    at = _at(places, yaws, SHINS)
+    below = grid.blocked(at, np.minimum(0.12, height - 0.12)[:, None], (height - 0.04)[:, None])
     # A mattress may be a hollow sheet: where the surface goes on, there is no room for shins under it.
-    on = grid.height(_at(places, yaws, SHINS)) > height[:, None] - 0.12
-    shins = (below | on).mean(axis=1)
-    ahead = _barred(grid, places, yaws, AHEAD, height + 0.14, height + 0.60)
-    good = (torso <= 0.06) & (thighs <= 0.26) & (shins <= 0.15) & (ahead <= 0.30)
-    return np.where(good, (1 - torso) * (1 - thighs) * (1 - shins) * (1 - ahead), 0.0)
+    on = grid.height(at) > height[:, None] - 0.12
+    return _share_free((below | on).mean(axis=1), 0.15)
+
+
+def _torso_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    return _share_free(_hit(grid, places, yaws, TORSO, height + 0.13, height + 0.60), 0.06)
+
+
+def _thighs_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    return _share_free(_barred(grid, places, yaws, THIGHS, height + 0.08, height + 0.24), 0.26)
+
+
+def _free_ahead(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    return _share_free(_barred(grid, places, yaws, AHEAD, height + 0.14, height + 0.60), 0.30)
+
+
+def _share_free(hit: np.ndarray, most: float) -> np.ndarray:
+    return np.where(hit <= most, 1 - hit, 0.0)
 
 
 def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:

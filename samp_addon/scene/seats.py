@@ -19,7 +19,7 @@ from . import front, postures
 from .support import SupportMap
 
 DIRECTIONS = 24
-MOST_PLACES = 1200
+MOST_PLACES = 800
 WORTH = {"sit": 0.35, "lie": 0.5}
 """A goal's least share of the best goal's score on the same object."""
 LEAST_SCORE = 0.15
