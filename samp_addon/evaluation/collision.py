@@ -21,6 +21,7 @@ PITCH = 0.02
 
 CONTACT_DISTANCE = 0.01
 DEPTHS = (0.02, 0.05)
+_ROUNDING = 1e-5  # metres; soles that stand on the floor are not under it
 _WAYS = 6
 _LARGEST_GRID = 20_000_000
 _SPACING = 0.02
@@ -141,6 +142,7 @@ def body_depth(
     floor: float | None = None,
     stride: int = 1,
     largest: int = _LARGEST_GRID,
+    body: human.Human | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """How deep the body's 2048 collision vertices lie inside the scene, and which touch it.
 
@@ -148,7 +150,7 @@ def body_depth(
     stride-th frame. largest: cells of one grid; longer ways are measured in parts. Returns depth (T', 2048)
     in metres, 0 outside, and touching (T', 2048): flags of vertices less than 1 cm from a surface, or inside.
     """
-    body = human.load()
+    body = body or human.load()
     vertices = human.skin(body, motion, body.collision)[::stride].astype(np.float64)
     triangles = np.asarray(triangles, dtype=np.float64)
     parts = [_chunk_depth(vertices[chunk], triangles) for chunk in _chunks(vertices, largest)]
@@ -161,18 +163,22 @@ def body_depth(
 
 
 def measures(
-    motion: Motion, triangles: np.ndarray, floor: float | None = None, stride: int = 1
+    motion: Motion,
+    triangles: np.ndarray,
+    floor: float | None = None,
+    stride: int = 1,
+    body: human.Human | None = None,
 ) -> dict[str, float]:
     """Penetration: % of frames with a vertex deeper than 2 and 5 cm, mean and largest of the frames' depths
     in cm; non-collision: share of vertices outside, mean over frames; contact: share of frames that touch."""
-    depth, touching = body_depth(motion, triangles, floor, stride)
+    depth, touching = body_depth(motion, triangles, floor, stride, body=body)
     deepest = depth.max(1)
     numbers = {
         f"penetration_{limit * 100:.0f}cm_percent": float((deepest > limit).mean() * 100) for limit in DEPTHS
     }
     numbers["penetration_mean_cm"] = float(deepest.mean() * 100)
     numbers["penetration_max_cm"] = float(deepest.max() * 100)
-    numbers["non_collision"] = float((depth <= 0).mean())
+    numbers["non_collision"] = float((depth <= _ROUNDING).mean())
     numbers["contact"] = float(touching.any(1).mean())
     return numbers
 

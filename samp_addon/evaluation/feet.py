@@ -38,12 +38,14 @@ def sole_patches() -> tuple[np.ndarray, np.ndarray]:
     return patches[0], patches[1]
 
 
-def sole_tracks(motion: Motion, floor: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def sole_tracks(
+    motion: Motion, floor: float = 0.0, body: human.Human | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of both feet, (T, 2) each: horizontal speed of the sole patch in cm/s, and in cm over the floor the
     height of its lowest vertex and of its middle."""
     speeds, lowest, middle = [], [], []
     for patch in sole_patches():
-        vertices = human.skin(human.load(), motion, patch).astype(np.float64)
+        vertices = human.skin(body or human.load(), motion, patch).astype(np.float64)
         centre = vertices.mean(1)
         moved = (
             np.gradient(centre[:, [0, 2]], 1 / motion.fps, axis=0) if len(motion) > 1 else centre[:, :2] * 0
@@ -73,9 +75,9 @@ def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
     return result
 
 
-def measures(motion: Motion, floor: float = 0.0) -> dict[str, float | None]:
+def measures(motion: Motion, floor: float = 0.0, body: human.Human | None = None) -> dict[str, float | None]:
     """Foot slide (cm/s), mean speed in stances (cm/s; None without one) and the share of time in stance."""
-    speed, lowest, middle = sole_tracks(motion, floor)
+    speed, lowest, middle = sole_tracks(motion, floor, body)
     # The patch is up to 1.5 cm thick: its middle is measured from where it is when the foot stands flat.
     standing = stances(speed, middle - _flat_middle(), motion.fps)
     return {

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..body.human import Human
 from ..motion import Goal, Motion
 from ..skeleton import BODY_COUNT, INDEX
 from . import collision, feet
@@ -81,18 +82,23 @@ def goal_measures(motion: Motion, goal: Goal) -> dict[str, float | bool | None]:
 
 
 def measure(
-    motion: Motion, goal: Goal | None = None, triangles: np.ndarray | None = None, floor: float = 0.0
+    motion: Motion,
+    goal: Goal | None = None,
+    triangles: np.ndarray | None = None,
+    floor: float = 0.0,
+    body: Human | None = None,
 ) -> dict[str, float | bool | None]:
     """All measures of one take, ready for a report: plain numbers.
 
     goal: None where the take has none. triangles: scene (F, 3, 3) without the floor, or None.
-    floor: height in metres on which the feet stand, and under which all is solid.
+    floor: height in metres on which the feet stand, and under which all is solid. body: whose
+    skin is measured; the default human if left out.
     """
     numbers = {} if goal is None else goal_measures(motion, goal)
     numbers["jerk_m_s3"] = jerk(motion)
-    numbers.update(feet.measures(motion, floor))
+    numbers.update(feet.measures(motion, floor, body))
     if triangles is not None:
-        numbers.update(collision.measures(motion, triangles, floor))
+        numbers.update(collision.measures(motion, triangles, floor, body=body))
     return numbers
 
 

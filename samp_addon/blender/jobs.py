@@ -1,0 +1,211 @@
+"""A job from the artist's scene to finished Actions, for the operators and the batch alike.
+
+Three steps: ``read`` the scene, synthesise without Blender (synthesis/chain.py, in a thread if wanted),
+``write``. Until ``write`` nothing in the file has changed: a job that is cancelled leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from .. import frames
+from ..errors import SampError
+from ..evaluation import metrics
+from ..job import Job
+from ..motion import Goal
+from ..synthesis import chain
+from ..synthesis.chain import Failure, Situation, Take
+from . import actions, armature, character, read_scene
+
+SCHEMA_VERSION = 1
+
+
+class Cancelled(Exception):
+    """Raised by a progress function to stop a job."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A job read from the scene. owner: the armature that gets the takes; None to make the default human."""
+
+    job: Job
+    situation: Situation
+    owner: bpy.types.Object | None
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a job made. variants: the report's entries. actions: of the takes, in the same order."""
+
+    owner: bpy.types.Object
+    actions: list[bpy.types.Action]
+    variants: list[dict]
+    failures: list[Failure]
+
+
+def run(
+    context: bpy.types.Context,
+    job: Job,
+    progress: chain.Progress = lambda stage, share: None,
+    tools: chain.Tools | None = None,
+    new_character: bool = False,
+) -> Result:
+    """The whole job. Raises SampError if not one take can be made, and whatever progress raises."""
+    plan = read(context, job, new_character)
+    return write(context, plan, *chain.synthesise(job, plan.situation, progress, tools), progress)
+
+
+def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
+    """All that the job needs of the scene. new_character: if none is named, make one even if one is there."""
+    owner = _owner(context, job, new_character)
+    exclude = [] if owner is None else [owner]
+    scene = read_scene.read_scene(context, exclude)
+    target, goals = None, ()
+    if job.target:
+        target = read_scene.read_target(context, job.target, exclude)
+        goals = _chosen_goals(context, target)
+    situation = Situation(
+        scene=scene,
+        target=None if target is None else target.triangles,
+        start=_start(job, owner),
+        destination=None if job.to is None else _place(job.to),
+        goals=goals,
+    )
+    return Plan(job, situation, owner)
+
+
+def write(
+    context: bpy.types.Context,
+    plan: Plan,
+    takes: Sequence[Take],
+    failures: Sequence[Failure],
+    progress: chain.Progress = lambda stage, share: None,
+) -> Result:
+    """One new Action for each take, the first one active, and the report.
+
+    If anything goes wrong, what was made is taken away again. Raises SampError where there is no take.
+    """
+    if not takes:
+        raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
+    made: list = []
+    try:
+        owner = plan.owner
+        if owner is None:
+            owner = _new_character(context, takes[0])
+            made.append(owner)
+        variants = []
+        for count, take in enumerate(takes):
+            progress("Writing keyframes", count / len(takes))
+            action = actions.write_motion(
+                owner, take.motion, _name(plan.job, take), context.scene.frame_start, context.scene, False
+            )
+            made.append(action)
+            variants.append(_report(context, plan, owner, action, take))
+    except BaseException:
+        _remove(made)
+        raise
+    written = [thing for thing in made if isinstance(thing, bpy.types.Action)]
+    actions.activate_action(owner, written[0])
+    return Result(owner, written, variants, list(failures))
+
+
+def report(variants: Sequence[dict] = (), errors: Sequence[dict] = ()) -> dict:
+    """The report's outer form."""
+    return {"schema_version": SCHEMA_VERSION, "variants": list(variants), "errors": list(errors)}
+
+
+def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
+    if job.character:
+        return armature.find(context, job.character)
+    if new_character or not any(armature.is_smplx(obj) for obj in context.scene.objects):
+        return None
+    return armature.find(context)
+
+
+def _start(job: Job, owner: bpy.types.Object | None) -> tuple[np.ndarray, float] | None:
+    """Floor position and yaw, network frame: as asked for, or where the character stands, or None."""
+    if job.start is not None:
+        return _place(job.start)
+    if owner is None:
+        return None
+    pelvis, yaw = armature.standing_place(owner)
+    rest = armature.calibrate(owner).rest_joints
+    return pelvis + [0.0, rest[:, 1].min(), 0.0], yaw
+
+
+def _place(numbers: Sequence[float]) -> tuple[np.ndarray, float | None]:
+    """Position and yaw in radians, network frame, of (x, y, z) or (x, y, z, yaw) in Blender's."""
+    yaw = math.radians(numbers[3]) if len(numbers) > 3 else None
+    return frames.to_network(np.array(numbers[:3])), yaw
+
+
+def _chosen_goals(context: bpy.types.Context, target: read_scene.Target) -> Sequence[Goal]:
+    return ()
+
+
+def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
+    """The default human where the take starts."""
+    facing = metrics.heading(take.motion)[0]
+    location = frames.to_blender(take.waypoints[0])
+    return character.create_character(
+        context, location=tuple(location), yaw=float(frames.direction_yaw(facing))
+    )
+
+
+def _name(job: Job, take: Take) -> str:
+    return " ".join(part for part in (job.action, job.target, str(take.seed)) if part)
+
+
+def _report(
+    context: bpy.types.Context, plan: Plan, owner: bpy.types.Object, action: bpy.types.Action, take: Take
+) -> dict:
+    """The report's entry of one take: what the armature shows, in Blender's world."""
+    first, last = action.frame_range
+    clock = chain.Clock()
+    clock.seconds.update(take.seconds)
+    with clock.stage("measure"):
+        shown = actions.read_motion(owner, action, scene=context.scene)
+        floor = float(take.waypoints[:, 1].min())
+        body = character.body_of(owner)
+        numbers = metrics.measure(shown, take.goal, plan.situation.scene.triangles, floor, body)
+    begun = shown.interaction_start
+    return {
+        "seed": take.seed,
+        "action": plan.job.action,
+        "target": plan.job.target,
+        "armature": owner.name,
+        "action_name": action.name,
+        "frame_start": int(first),
+        "frame_end": int(last),
+        "fps": actions.frames_per_second(context.scene),
+        "goal_position": _rounded(frames.to_blender(take.goal.position)),
+        "goal_direction": _rounded(frames.to_blender(take.goal.direction)),
+        "waypoints": _rounded(frames.to_blender(take.waypoints)),
+        "interaction_start": None if begun is None else int(first) + int(begun),
+        "attempts": take.attempts,
+        "metrics": {name: _rounded(value) for name, value in numbers.items()},
+        "seconds": {name: round(value, 3) for name, value in clock.seconds.items()},
+    }
+
+
+def _rounded(value: object) -> object:
+    """Plain JSON of numbers, six decimals."""
+    if isinstance(value, bool) or value is None:
+        return value
+    return np.round(np.asarray(value, dtype=np.float64), 6).tolist()
+
+
+def _remove(things: Sequence) -> None:
+    """Takes away Actions, and a character with its meshes, that a failed job had made."""
+    for thing in reversed(things):
+        if isinstance(thing, bpy.types.Action):
+            bpy.data.actions.remove(thing)
+            continue
+        for child in thing.children:
+            bpy.data.meshes.remove(child.data)
+        bpy.data.armatures.remove(thing.data)

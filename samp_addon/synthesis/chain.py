@@ -1,0 +1,268 @@
+"""The whole chain without Blender: from a scene's triangles to takes (SAMP, figure 2). Network frame, metres.
+
+target and action -> goal (GoalNet) -> path (navmesh, A*) -> motion (MotionNet). It may run in a thread of its
+own: nothing here knows bpy, and what ``progress`` raises stops it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import SampError
+from ..evaluation import metrics
+from ..frames import yaw_direction
+from ..job import SEATED, Job
+from ..motion import Goal, Motion
+from ..scene import navmesh as navigation
+from ..scene import path as paths
+from ..scene.geometry import SceneGeometry
+from ..scene.seats import infer_front_yaw
+from .request import Request
+
+START_DISTANCE = (1.5, 3.5)
+"""Metres from the goal at which a free start is looked for."""
+
+STAND_OFF = 0.5
+"""Metres between an object and who stands in front of it."""
+
+ATTEMPTS = 3
+"""A take that fails is tried again with other noise and, another place on the target."""
+
+_NEXT_ATTEMPT = 1_000_003  # added to the seed: far from the seeds that an artist counts through
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What the chain needs to know of the artist's scene; network frame.
+
+    scene: all triangles, the target's too, the character's not. target: (F, 3, 3) or None. start: floor
+    position (3,) and yaw, or None for a free place. destination: floor position (3,) and yaw or None, for
+    walks. goals: places on the target that the artist has chosen; empty to let GoalNet choose.
+    """
+
+    scene: SceneGeometry
+    target: np.ndarray | None = None
+    start: tuple[np.ndarray, float] | None = None
+    destination: tuple[np.ndarray, float | None] | None = None
+    goals: Sequence[Goal] = ()
+
+
+@dataclass(frozen=True)
+class Take:
+    """One generated take. goal: for walks at the standing pelvis' height. waypoints: (N, 3), start first."""
+
+    seed: int
+    motion: Motion
+    goal: Goal
+    waypoints: np.ndarray
+    seconds: dict[str, float] = field(default_factory=dict)
+    attempts: int = 1
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A take that could not be made, and why."""
+
+    seed: int
+    message: str
+
+
+@dataclass(frozen=True)
+class Tools:
+    """The networks' part, which tests replace. sample_goals: (triangles, action, count, seed) -> goals."""
+
+    sample_goals: Callable[[np.ndarray, str, int, int], Sequence[Goal]]
+    generate: Callable[[Request], Sequence[Motion | SampError]]
+
+
+def networks() -> Tools:
+    """The trained networks; imports torch."""
+    from . import goals, samp
+
+    return Tools(lambda *arguments: list(goals.sample_goals(*arguments)), samp.generate)
+
+
+def standing_height() -> float:
+    """Metres from the floor to the pelvis joint of the default human on straight legs."""
+    from ..body import human
+
+    return -human.load().floor
+
+
+class Clock:
+    """Seconds by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Adds the time inside to the stage's."""
+        begun = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun
+
+
+def synthesise(
+    job: Job,
+    situation: Situation,
+    progress: Progress = lambda stage, share: None,
+    tools: Tools | None = None,
+) -> tuple[list[Take], list[Failure]]:
+    """The job's takes, and why others failed. Raises SampError where no take can be made at all.
+
+    Each seed is worked out by itself, so that it gives the same take however many others are asked for.
+    """
+    clock = Clock()
+    progress("Loading", 0.0)
+    with clock.stage("load"):
+        tools = tools or networks()
+    progress("Finding the floor", 0.0)
+    with clock.stage("navmesh"):
+        chain = _Chain(job, situation, tools, _navmesh(situation))
+    takes, failures = [], []
+    for count, seed in enumerate(job.seeds):
+        tick = lambda stage, share, done=count: progress(stage, (done + share) / job.variants)
+        try:
+            takes.append(chain.take(seed, tick, clock.seconds if count == 0 else {}))
+        except SampError as error:
+            failures.append(Failure(seed, str(error)))
+    return takes, failures
+
+
+def _navmesh(situation: Situation) -> navigation.NavMesh:
+    places = [goal.position for goal in situation.goals]
+    for place in (situation.start, situation.destination):
+        if place is not None:
+            places.append(place[0])
+    if situation.target is not None:
+        places += [situation.target.min((0, 1)), situation.target.max((0, 1))]
+    return navigation.build(situation.scene.triangles, cover=np.array(places).reshape(-1, 3))
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """What all takes of a job share."""
+
+    job: Job
+    situation: Situation
+    tools: Tools
+    mesh: navigation.NavMesh
+
+    def take(self, seed: int, tick: Progress, seconds: dict[str, float]) -> Take:
+        """The take of one seed: the first attempt that succeeds, else the one that ends nearest its goal."""
+        best, reason, clock = None, None, Clock()
+        clock.seconds.update(seconds)
+        for attempt in range(ATTEMPTS):
+            noise = (seed + attempt * _NEXT_ATTEMPT) % 2**31
+            try:
+                motion, goal, waypoints = self._attempt(noise, tick, clock)
+            except SampError as error:
+                reason = reason or error
+                continue
+            error = metrics.position_error(motion, goal)
+            if best is None or error < best[0]:
+                best = error, motion, goal, waypoints
+            if metrics.success(motion, goal):
+                break
+        if best is None:
+            raise reason
+        tick("Done", 1.0)
+        return Take(seed, *best[1:], clock.seconds, attempt + 1)
+
+    def _attempt(self, noise: int, tick: Progress, clock: Clock) -> tuple[Motion, Goal, np.ndarray]:
+        rng = np.random.default_rng(noise)
+        seated = self.job.action in SEATED
+        tick("Choosing a place", 0.0)
+        with clock.stage("goal"):
+            goal = self._seat(noise) if seated else self._standing_goal(rng)
+        with clock.stage("path"):
+            start, yaw = self._start(goal.position, rng)
+            plan = paths.plan_to_goal if seated else lambda mesh, a, b: paths.plan(mesh, a, b.position)
+            waypoints = plan(self.mesh, start, goal).waypoints
+            goal = _facing(goal, waypoints, yaw)
+        request = Request(
+            start_position=waypoints[0],
+            start_yaw=yaw,
+            action=self.job.action,
+            goal=goal,
+            waypoints=waypoints,
+            object_triangles=self.situation.target if seated else None,
+            object_yaw=self._front if seated else 0.0,
+            seeds=[noise],
+            hold_seconds=self.job.hold,
+            progress=lambda share: tick("Moving", share),
+        )
+        with clock.stage("rollout"):
+            motion = self.tools.generate(request)[0]
+        if isinstance(motion, SampError):
+            raise motion
+        if not seated:
+            goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
+        return motion, goal, waypoints
+
+    @cached_property
+    def _front(self) -> float:
+        return infer_front_yaw(self.situation.target)
+
+    def _start(self, goal: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+        """Where the character starts, on the floor, and its yaw."""
+        if self.situation.start is None:
+            return navigation.free_place(self.mesh, goal, START_DISTANCE, rng)
+        place, yaw = self.situation.start
+        return place, yaw
+
+    def _seat(self, noise: int) -> Goal:
+        """Where on the target the pelvis shall end."""
+        job, chosen = self.job, [goal for goal in self.situation.goals if goal.action == self.job.action]
+        found = chosen[noise % len(chosen) :] if chosen else []
+        found = found or self.tools.sample_goals(self.situation.target, job.action, 1, noise)
+        if not found:
+            raise SampError(f"There is no place to {job.action} on '{job.target}'; choose another object.")
+        return found[0]
+
+    def _standing_goal(self, rng: np.random.Generator) -> Goal:
+        """A place on the floor; its direction is zero where none is asked for."""
+        situation, action = self.situation, self.job.action
+        if situation.destination is not None:
+            position, yaw = situation.destination
+            return Goal(position, np.zeros(3) if yaw is None else yaw_direction(yaw), action)
+        if situation.target is not None:
+            return self._beside(situation.target)
+        place, yaw = self._start(self.mesh.points.mean(0), rng)
+        return Goal(self.mesh.ground.points(np.array(self.mesh.nearest(place))), yaw_direction(yaw), action)
+
+    def _beside(self, triangles: np.ndarray) -> Goal:
+        """A place to stand in front of an object, facing it."""
+        low, high = triangles.min((0, 1)), triangles.max((0, 1))
+        middle = (low + high) / 2
+        out = yaw_direction(self._front)
+        reach = float(np.abs(out) @ (high - low)) / 2 + STAND_OFF
+        wanted = np.array([middle[0], low[1], middle[2]]) + out * reach
+        position = self.mesh.ground.points(np.array(self.mesh.nearest(wanted)))
+        return Goal(position, _horizontal(middle - position), self.job.action)
+
+
+def _facing(goal: Goal, waypoints: np.ndarray, yaw: float) -> Goal:
+    """The goal with a direction: its own, else the one in which its way ends."""
+    if np.any(goal.direction):
+        return goal
+    steps = _horizontal(waypoints[-1] - waypoints[-2]) if len(waypoints) > 1 else np.zeros(3)
+    return replace(goal, direction=steps if steps.any() else yaw_direction(yaw))
+
+
+def _horizontal(vector: np.ndarray) -> np.ndarray:
+    """The horizontal part (3,) at length 1; zero where there is none."""
+    flat = vector * [1.0, 0.0, 1.0]
+    length = np.linalg.norm(flat)
+    return flat / length if length > 1e-6 else np.zeros(3)
