@@ -53,7 +53,7 @@ def build(mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per
     sequences: list[Sequence] = [walk_sequence(c, rng) for c in clips if len(c) > 75 and "sit" not in c.labels]
     pieces, grids = furnishings(furniture_folder, seed)
     events = [event for clip in clips for event in sit_events(clip)]
-    composer = Composer(events, [p for p in pieces if p.goals], WalkIndex(clips), seed)
+    composer = Composer([p for p in pieces if p.goals], WalkIndex(clips), seed)
     for event in events:
         made = (composer.compose(event) for _ in range(sits_per_event))
         sequences += [s for s in made if s is not None]

@@ -71,7 +71,7 @@ def collides(clip: Clip, piece: Furnishing, place: tuple[float, float, float], s
     distance = cKDTree(piece.surface).query(local.reshape(-1, 3), distance_upper_bound=0.3)[0].reshape(local.shape[:2])
     deep = distance < 0.55 * _RADII
     sat = seated[::3]
-    if (deep[~sat][:, 2:].any(1)).mean() > 0.03:
+    if (~sat).any() and deep[~sat][:, 2:].any(1).mean() > 0.03:
         return "walks into it"
     if deep[sat][:, 2:8].any(1).mean() > 0.15:
         return "limbs in it"
@@ -83,42 +83,48 @@ def collides(clip: Clip, piece: Furnishing, place: tuple[float, float, float], s
 class Composer:
     """Makes sit sequences out of events, pieces and walks; counts what it dropped and why."""
 
-    def __init__(self, events: list[SitEvent], pieces: list[Furnishing], walks: WalkIndex, seed: int) -> None:
-        self.events, self.pieces, self.walks = events, pieces, walks
+    def __init__(self, pieces: list[Furnishing], walks: WalkIndex, seed: int) -> None:
+        self.walks = walks
         self.rng = np.random.default_rng(seed)
         self.report: Counter[str] = Counter()
+        self.seats = [(piece, goal) for piece in pieces for goal in piece.goals]
+        self.heights = np.array([goal.position[1] for _, goal in self.seats])
 
     def compose(self, event: SitEvent) -> Sequence | None:
-        """One sequence from an event: chosen piece, lift, approach, hold and perhaps standing up again."""
-        choice = self._choose_piece(event)
-        if choice is None:
+        """One sequence from an event: a seat's height, lift, approach, hold and perhaps standing up again, on the
+        first of some pieces of that height that the motion does not run into."""
+        seats = self._seats_of_one_height(event)
+        if not seats:
             self.report["no seat of that height"] += 1
             return None
-        piece, goal = choice
         clip, frames = self._excerpt(event)
-        clip = relocked(lifted(clip, event.pelvis[1], goal.position[1] - event.pelvis[1]))
+        clip = relocked(lifted(clip, event.pelvis[1], seats[0][1].position[1] - event.pelvis[1]))
         if self.rng.random() < 0.75 and frames["down"] > 12:
             clip, frames = self._approach(clip, frames)
         middle = slice(frames["seated"] + 3, frames["seat_end"])
         yaw_all = headings(clip.root, clip.rotations)
         yaw = np.arctan2(np.sin(yaw_all[middle]).mean(), np.cos(yaw_all[middle]).mean())
         pelvis = np.median(clip.root[middle], axis=0)
-        place = placement(goal, pelvis, yaw)
         near_seat = np.zeros(len(clip), bool)
         near_seat[frames["down"] : frames["up_end"] + 1] = True
-        why = collides(clip, piece, place, near_seat)
-        if why:
-            self.report[why] += 1
-            return None
-        self.report["kept"] += 1
-        return self._sequence(clip, frames, piece.index, place, pelvis, yaw, yaw_all)
-
-    def _choose_piece(self, event: SitEvent) -> tuple[Furnishing, Goal] | None:
-        for k in self.rng.permutation(len(self.pieces)):
-            fits = [g for g in self.pieces[k].goals if abs(g.position[1] - event.pelvis[1]) < MOST_LIFT]
-            if fits:
-                return self.pieces[k], fits[self.rng.integers(len(fits))]
+        for piece, goal in seats:
+            place = placement(goal, pelvis, yaw)
+            why = collides(clip, piece, place, near_seat)
+            if why is None:
+                self.report["kept"] += 1
+                return self._sequence(clip, frames, piece.index, place, pelvis, yaw, yaw_all)
+        self.report[why] += 1
         return None
+
+    def _seats_of_one_height(self, event: SitEvent, most: int = 12) -> list[tuple[Furnishing, Goal]]:
+        """Seats within reach of the event's lift: a random one, and others within two centimetres of its height."""
+        fits = np.flatnonzero(np.abs(self.heights - event.pelvis[1]) < MOST_LIFT)
+        if not len(fits):
+            return []
+        first = self.rng.choice(fits)
+        alike = np.flatnonzero(np.abs(self.heights - self.heights[first]) < 0.02)
+        chosen = [first, *self.rng.permutation(alike[alike != first])[: most - 1]]
+        return [self.seats[k] for k in chosen]
 
     def _excerpt(self, event: SitEvent) -> tuple[Clip, dict[str, int]]:
         """The event's own frames, from its approach to the end of the hold or of leaving."""

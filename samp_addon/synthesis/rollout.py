@@ -1,0 +1,187 @@
+"""The rollout of MotionNet: frame by frame, many takes as one batch, with the control of the root's future path.
+
+Works on a floor at height 0; heights are added afterwards. See models/state.py for the layout of the state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from ...models import state
+from ...models.motion_net import LATENT, MotionNet
+from .. import skeleton
+
+FUTURE = state.SAMPLES - state.NOW - 1
+# How fast the prediction in the goal's frame gains over the one in the root's frame near the goal.
+GOAL_PULL = 100.0
+FOLLOW = 0.6  # share by which the far end of the predicted path is laid onto the route
+
+
+@dataclass
+class Frame:
+    """One generated frame of B takes: pelvis (B, 3), global rotation matrices (B, 22, 3, 3), contacts (B, 5),
+    actions (B, 5), roots (B, 3)."""
+
+    pelvis: torch.Tensor
+    matrices: torch.Tensor
+    contacts: torch.Tensor
+    actions: torch.Tensor
+    roots: torch.Tensor
+
+
+class Rollout:
+    """B takes in flight. Call set_goals, then step, once a frame."""
+
+    def __init__(
+        self,
+        net: MotionNet,
+        pelvis_height: torch.Tensor,
+        local_matrices: torch.Tensor,
+        roots: torch.Tensor,
+        centres: torch.Tensor | None,
+        occupancy: torch.Tensor | None,
+        seeds: list[int],
+        style: float,
+    ) -> None:
+        """pelvis_height (B,), local_matrices (B, 22, 3, 3) of the start pose, roots (B, 3) of the start.
+        centres (512, 3) world and occupancy (512,) of the object, or None."""
+        self.net, self.style = net, style
+        self.centres, self.occupancy = centres, occupancy
+        self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
+        rest = torch.as_tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
+        self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
+        self._stand(pelvis_height, local_matrices, roots)
+
+    def _stand(self, height: torch.Tensor, local: torch.Tensor, roots: torch.Tensor) -> None:
+        """Start: still, at the roots, in the start poses."""
+        count = len(roots)
+        self.roots = roots.clone()
+        globals_ = [local[:, 0]]
+        for j in range(1, state.JOINTS):
+            globals_.append(globals_[skeleton.PARENTS[j]] @ local[:, j])
+        matrices = torch.stack(globals_, 1)
+        pelvis = torch.stack([torch.zeros_like(height), height, torch.zeros_like(height)], -1)
+        joints = self._forward(pelvis, matrices)
+        # The pose is stored with any heading: turn it so that its own heading is the root's.
+        turn = roots[:, 2] - state.heading_yaw(joints)
+        about = _about_y(turn)
+        self.matrices = about[:, None] @ matrices
+        pelvis = pelvis + torch.stack([roots[:, 0], torch.zeros(count), roots[:, 1]], -1)
+        self.joints = self._forward(pelvis, self.matrices)
+        self.velocities = torch.zeros_like(self.joints)
+        self.contacts = torch.tensor([0.0, 0.0, 0.0, 1.0, 1.0]).repeat(count, 1)
+        idle = torch.eye(state.ACTIONS)[0]
+        span = state.NOW * state.SAMPLE_STRIDE + 1
+        self.past_roots = roots[:, None].repeat(1, span, 1)
+        self.past_actions = idle.repeat(count, span, 1)
+        self.past_goals: torch.Tensor | None = None
+        self.future_roots = roots[:, None].repeat(1, FUTURE, 1)
+        self.future_actions = idle.repeat(count, FUTURE, 1)
+
+    def _forward(self, pelvis: torch.Tensor, matrices: torch.Tensor) -> torch.Tensor:
+        """World joints (B, 22, 3) of pelvis (B, 3) and global matrices (B, 22, 3, 3)."""
+        parents = torch.as_tensor(skeleton.PARENTS[1 : state.JOINTS])
+        arms = (matrices[:, parents] @ self.bones[1:, :, None])[..., 0]
+        joints = [pelvis]
+        for j in range(1, state.JOINTS):
+            joints.append(joints[skeleton.PARENTS[j]] + arms[:, j - 1])
+        return torch.stack(joints, 1)
+
+    @property
+    def actions(self) -> torch.Tensor:
+        """Action weights (B, 5) of the present frame."""
+        return self.past_actions[:, -1]
+
+    def set_goals(self, goals: torch.Tensor) -> None:
+        """The goals in force (B, 11): position 3, direction 3, action 5."""
+        if self.past_goals is None:
+            self.past_goals = goals[:, None].repeat(1, self.past_roots.shape[1], 1)
+        else:
+            self.past_goals = torch.cat([self.past_goals[:, 1:], goals[:, None]], 1)
+
+    def _input(self) -> torch.Tensor:
+        """The state (B, 647) of the present frame in its own root frame."""
+        sampled = slice(0, None, state.SAMPLE_STRIDE)
+        goals = self.past_goals[:, -1]
+        axes = torch.stack([self.matrices[..., 2], self.matrices[..., 1]], -2)
+        return state.assemble(
+            self.roots, self.joints, axes, self.velocities, self.future_roots[:, -1],
+            torch.cat([self.past_roots[:, sampled], self.future_roots], 1),
+            torch.cat([self.past_actions[:, sampled], self.future_actions], 1),
+            self.contacts, goals[:, :6],
+            torch.cat([self.past_goals[:, sampled], goals[:, None].expand(-1, FUTURE, -1)], 1),
+        )  # fmt: skip
+
+    def _object(self) -> torch.Tensor:
+        count = len(self.roots)
+        if self.centres is None:
+            return torch.zeros(count, 2048)
+        wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
+        centres = self.centres.expand(count, -1, -1)
+        return state.interaction_features(centres, self.occupancy.expand(count, -1), self.roots) * wanted
+
+    def step(self, follow=None) -> Frame:
+        """The next frame of every take.
+
+        follow: function of the predicted future path (B, 6, 3) world roots, which returns the path to be followed.
+        """
+        x = self._input()
+        z = torch.stack([torch.randn(LATENT, generator=g) for g in self.generators]) * self.style
+        y = self.net.step(x, self._object(), z)
+        self._advance(y, follow)
+        return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
+
+    def _advance(self, y: torch.Tensor, follow) -> None:
+        before = self.roots
+        pose = y[:, state.POSE].reshape(-1, state.JOINTS, 4, 3)
+        trajectory = y[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)
+        spread = before[:, 2:].expand(-1, state.SAMPLES)
+        positions = state.turn(trajectory[..., 0:2], spread) + before[:, None, :2]
+        yaws = torch.atan2(trajectory[..., 2], trajectory[..., 3]) + spread
+        window = torch.cat([positions, yaws[..., None]], -1)
+        self.roots = window[:, state.NOW]
+        self._pose(pose, before)
+        weights = trajectory[..., 4:].clamp(0, 1)
+        self.contacts = y[:, state.CONTACTS].clamp(0, 1)
+        future = self._towards_goal(window[:, state.NOW + 1 :], y)
+        self.future_roots = follow(future, self.roots) if follow else future
+        self.future_actions = weights[:, state.NOW + 1 :]
+        self.past_roots = torch.cat([self.past_roots[:, 1:], self.roots[:, None]], 1)
+        self.past_actions = torch.cat([self.past_actions[:, 1:], weights[:, state.NOW : state.NOW + 1]], 1)
+
+    def _pose(self, pose: torch.Tensor, before: torch.Tensor) -> None:
+        """Joints, matrices and velocities of the new frame from the prediction, told in the root before."""
+        yaw = before[:, 2]
+        world = state.turn3(pose, yaw[:, None, None].expand(pose.shape[:3]))
+        pelvis = world[:, 0, 0] + torch.stack([before[:, 0], torch.zeros_like(yaw), before[:, 1]], -1)
+        self.velocities = world[:, :, 3]
+        forward = torch.nn.functional.normalize(world[:, :, 1], dim=-1)
+        up = world[:, :, 2]
+        up = torch.nn.functional.normalize(up - (up * forward).sum(-1, keepdim=True) * forward, dim=-1)
+        self.matrices = torch.stack([torch.linalg.cross(up, forward), up, forward], -1)
+        reckoned = self.joints[:, 0] + self.velocities[:, 0] / state.FPS
+        self.joints = self._forward((pelvis + reckoned) / 2, self.matrices)
+
+    def _towards_goal(self, future: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
+        """The predicted path (B, 6, 3), drawn towards the prediction in the goal's frame the nearer the goal is."""
+        goal = self.past_goals[:, -1]
+        yaw = torch.atan2(goal[:, 3], goal[:, 5])
+        told = y[:, state.GOAL_TRAJECTORY].reshape(-1, state.SAMPLES, 4)[:, state.NOW + 1 :]
+        spread = yaw[:, None].expand(-1, FUTURE)
+        positions = state.turn(told[..., :2], spread) + goal[:, None, [0, 2]]
+        facing = torch.atan2(told[..., 2], told[..., 3]) + spread
+        squared = (self.roots[:, :2] - goal[:, [0, 2]]).square().sum(-1, keepdim=True)
+        share = torch.arange(1, FUTURE + 1) / (FUTURE + 1)
+        weight = share[None] ** (GOAL_PULL * squared)
+        mixed = future[..., :2] + weight[..., None] * (positions - future[..., :2])
+        difference = torch.remainder(facing - future[..., 2] + np.pi, 2 * np.pi) - np.pi
+        return torch.cat([mixed, (future[..., 2] + weight * difference)[..., None]], -1)
+
+
+def _about_y(yaw: torch.Tensor) -> torch.Tensor:
+    """Rotation matrices (B, 3, 3) about the vertical."""
+    c, s, o, i = torch.cos(yaw), torch.sin(yaw), torch.zeros_like(yaw), torch.ones_like(yaw)
+    return torch.stack([c, o, s, o, i, o, -s, o, c], -1).reshape(-1, 3, 3)
