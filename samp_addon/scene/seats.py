@@ -19,6 +19,8 @@ from . import front, postures
 from .support import SupportMap
 
 DIRECTIONS = 24
+MANY = 64
+"""Goals enough for all sides of a large object to have their say about its front."""
 MOST_PLACES = 800
 WORTH = {"sit": 0.35, "lie": 0.5}
 """A goal's least share of the best goal's score on the same object."""
@@ -125,16 +127,19 @@ def infer_front_yaw(triangles: np.ndarray) -> float:
     Along the object's own axis, the quarter turn to which its sit goals point; without a clear one, away from the
     side that rises (a headboard); without that, square to the long side.
     """
-    grid = map_of(triangles)
+    return front_on(map_of(triangles))
+
+
+def front_on(grid: SupportMap, seats: list[Seat] | None = None) -> float:
+    """infer_front_yaw on a map that is built already; ``seats`` to sit on, where they are known."""
+    seats = seats_on(grid, "sit", MANY) if seats is None else seats
     quarters = grid.yaw + np.arange(4) * np.pi / 2
     facing = frames.yaw_direction(quarters)
-    seats = seats_on(grid, "sit", limit=64)
     pull = sum((seat.score**2 * seat.goal.direction for seat in seats), np.zeros(3))
     rise = _away_from_the_rise(grid)
     backed = bool(seats) and seats[0].score >= BACKED
-    if rise.any() and not backed:
-        pull = rise
-    elif np.linalg.norm(pull) < 0.25 * sum(seat.score**2 for seat in seats):
+    clear = np.linalg.norm(pull) >= 0.25 * sum(seat.score**2 for seat in seats)
+    if not clear or (rise.any() and not backed):
         pull = rise
     if not pull.any():
         size = grid.high - grid.low

@@ -1,0 +1,91 @@
+"""GoalNet (section 3.2, figure 4, appendix B.2): a conditional VAE of goals on an object.
+
+The paper gives the interaction encoder's sizes, the latent code's and the loss; the two hidden layers of 256 after
+the interaction encoder are a choice of this project, since the figure's sizes are in no text. One network serves
+both actions: sit and lie stand as one-hot input beside the object's code.
+
+Goals are the six numbers (position 3, direction 3) in the frame of the object's voxel grid: its origin the grid's
+centre, its axes the grid's, metres. Positions are divided by POSITION_SCALE, so that a decimetre weighs about as
+much in the loss as six degrees do.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import nn
+
+ACTIONS = ("sit", "lie")
+OBJECT = 2048
+OBJECT_CODE = 64
+LATENT = 3
+HIDDEN = 256
+GOAL = 6
+POSITION_SCALE = 0.25
+
+
+def _layers(*sizes: int) -> nn.Sequential:
+    stack: list[nn.Module] = []
+    for inputs, outputs in zip(sizes[:-1], sizes[1:], strict=True):
+        stack += [nn.Linear(inputs, outputs), nn.ELU()]
+    return nn.Sequential(*stack[:-1])
+
+
+class GoalNet(nn.Module):
+    """Encoder (object, action, goal) -> z and decoder (object, action, z) -> goal."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        condition = OBJECT_CODE + len(ACTIONS)
+        self.interaction_encoder = _layers(OBJECT, 512, 512, OBJECT_CODE)
+        self.encoder = _layers(condition + GOAL, HIDDEN, HIDDEN, 2 * LATENT)
+        self.decoder = _layers(condition + LATENT, HIDDEN, HIDDEN, GOAL)
+
+    def condition(self, features: torch.Tensor, action: torch.Tensor) -> torch.Tensor:
+        """Code (B, 66) of objects (B, 2048) and actions (B,), indices into ACTIONS."""
+        return torch.cat(
+            [self.interaction_encoder(features), nn.functional.one_hot(action, len(ACTIONS))], dim=1
+        )
+
+    def encode(self, condition: torch.Tensor, goal: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Mean and log-variance (B, 3) of z for goals (B, 6), metres."""
+        mean, log_variance = self.encoder(torch.cat([condition, _to_units(goal)], dim=1)).chunk(2, dim=1)
+        return mean, log_variance.clamp(-12.0, 6.0)
+
+    def decode(self, condition: torch.Tensor, z: torch.Tensor) -> torch.Tensor:
+        """Goals (B, 6) for z (B, 3): position in metres, direction as predicted, about unit length."""
+        return _to_metres(self.decoder(torch.cat([condition, z], dim=1)))
+
+    def forward(
+        self, features: torch.Tensor, action: torch.Tensor, goal: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Reconstructed goals (B, 6), and mean and log-variance (B, 3) of the z that was drawn for them."""
+        condition = self.condition(features, action)
+        mean, log_variance = self.encode(condition, goal)
+        z = mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
+        return self.decode(condition, z), mean, log_variance
+
+
+def loss(
+    predicted: torch.Tensor, goal: torch.Tensor, mean: torch.Tensor, log_variance: torch.Tensor, beta: float
+) -> torch.Tensor:
+    """Equation 4, averaged over the batch: squared errors of position (scaled) and direction, and beta times KL."""
+    error = (_to_units(predicted) - _to_units(goal)).square().sum(dim=1)
+    divergence = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).sum(dim=1)
+    return (error + beta * divergence).mean()
+
+
+def load() -> GoalNet:
+    """The trained network in evaluation mode. Raises weights.WeightsError for a missing or damaged file."""
+    from .weights import load_weights
+
+    net = GoalNet()
+    net.load_state_dict({name: tensor.float() for name, tensor in load_weights("goal_net").items()})
+    return net.eval()
+
+
+def _to_units(goal: torch.Tensor) -> torch.Tensor:
+    return torch.cat([goal[:, :3] / POSITION_SCALE, goal[:, 3:]], dim=1)
+
+
+def _to_metres(goal: torch.Tensor) -> torch.Tensor:
+    return torch.cat([goal[:, :3] * POSITION_SCALE, goal[:, 3:]], dim=1)

@@ -1,0 +1,1 @@
+"""GoalNet's labels, training and evaluation."""

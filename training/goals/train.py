@@ -1,0 +1,115 @@
+"""Trains GoalNet: python -m samp_blender.training.goals.train
+
+Seeded: the same seed on the same machine gives the same weights.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pickle
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from ...models import goal_net
+from ...models.weights import save_weights
+from .dataset import LabelledObject, held_out_objects, training_objects
+from .evaluate import COPIES, report
+
+BETA = 0.5
+LEARNING_RATE = 1e-3
+EPOCHS = 100
+BATCH = 256
+GOALS_AN_EPOCH = 3
+"""Goals drawn of each object in each epoch."""
+TURNED = 0.25
+"""Share of samples whose grid lies turned by quarters: fronts are inferred, and some objects have none."""
+
+
+def batches(objects: list[LabelledObject], rng: np.random.Generator) -> list[tuple[torch.Tensor, ...]]:
+    """One epoch of (features, action, goal): mirrored half the time, goals drawn by their weights."""
+    features, actions, goals = [], [], []
+    for one in objects:
+        for _ in range(GOALS_AN_EPOCH):
+            seen = one.mirrored() if rng.random() < 0.5 else one
+            if rng.random() < TURNED:
+                seen = seen.turned(int(rng.integers(1, 4)))
+            features.append(seen.features().astype(np.float32))
+            actions.append(seen.action)
+            goals.append(seen.goals[rng.choice(len(seen.goals), p=seen.weights)])
+    order = rng.permutation(len(features))
+    stacked = np.stack(features)[order], np.array(actions)[order], np.stack(goals).astype(np.float32)[order]
+    return list(zip(*(torch.from_numpy(a).split(BATCH) for a in stacked), strict=True))
+
+
+def train(
+    objects: list[LabelledObject], seed: int, epochs: int = EPOCHS, beta: float = BETA
+) -> goal_net.GoalNet:
+    """A network trained on the objects with Adam, the learning rate falling to zero."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    net = goal_net.GoalNet()
+    optimiser = torch.optim.Adam(net.parameters(), LEARNING_RATE)
+    schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda epoch: 1 - epoch / epochs)
+    for epoch in range(epochs):
+        losses = []
+        for features, action, goal in batches(objects, rng):
+            optimiser.zero_grad()
+            value = goal_net.loss(*_arranged(net(features, action, goal), goal), beta)
+            value.backward()
+            optimiser.step()
+            losses.append(value.item())
+        schedule.step()
+        if epoch % 10 == 0 or epoch == epochs - 1:
+            print(f"epoch {epoch:3d}  loss {np.mean(losses):.4f}", flush=True)
+    return net.eval()
+
+
+def _arranged(output: tuple[torch.Tensor, ...], goal: torch.Tensor) -> tuple[torch.Tensor, ...]:
+    predicted, mean, log_variance = output
+    return predicted, goal, mean, log_variance
+
+
+def labelled(
+    seed: int, copies: int, procedural: int, workers: int, cache: Path | None
+) -> list[LabelledObject]:
+    """The training objects, from the cache file where it exists."""
+    if cache is not None and cache.exists():
+        return pickle.loads(cache.read_bytes())
+    objects = training_objects(seed, copies, procedural, workers)
+    if cache is not None:
+        cache.parent.mkdir(parents=True, exist_ok=True)
+        cache.write_bytes(pickle.dumps(objects))
+    return objects
+
+
+def main() -> None:
+    """Labels, trains, measures on held-out furniture, writes the weights."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--copies", type=int, default=24, help="scaled copies of each real piece")
+    parser.add_argument("--procedural", type=int, default=140, help="procedural pieces of each category")
+    parser.add_argument("--epochs", type=int, default=EPOCHS)
+    parser.add_argument("--beta", type=float, default=BETA, help="weight of the Kullback-Leibler term")
+    parser.add_argument("--workers", type=int, default=1, help="processes that label")
+    parser.add_argument("--threads", type=int, default=1, help="threads that train")
+    parser.add_argument("--cache", type=Path, help="file that keeps the labels for the next run")
+    parser.add_argument("--dry", action="store_true", help="measure only, leave the weights as they are")
+    arguments = parser.parse_args()
+    torch.set_num_threads(arguments.threads)
+    start = time.perf_counter()
+    objects = labelled(
+        arguments.seed, arguments.copies, arguments.procedural, arguments.workers, arguments.cache
+    )
+    print(f"{len(objects)} labelled objects in {time.perf_counter() - start:.0f} s", flush=True)
+    net = train(objects, arguments.seed, arguments.epochs, arguments.beta)
+    print(f"trained after {time.perf_counter() - start:.0f} s", flush=True)
+    print(report(net, held_out_objects(seed=1, copies=COPIES)))
+    if not arguments.dry:
+        print(f"wrote {save_weights('goal_net', net.state_dict())}")
+
+
+if __name__ == "__main__":
+    main()
