@@ -189,7 +189,7 @@ def _barred(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.n
     """Share (N,) of a part's forward lines that meet something solid anywhere: thin rails bar the way, too."""
     hit = grid.blocked(_at(places, yaws, part), low[:, None], high[:, None])
     lines = len(np.unique(part[:, 0]))
-    return hit.reshape(len(places), lines, -1).any(axis=2).mean(axis=1)
+    return hit.reshape(len(places), lines, len(part) // lines).any(axis=2).mean(axis=1)
 
 
 def _ray(ranges: np.ndarray, left: float) -> np.ndarray:
