@@ -1,4 +1,4 @@
-"""The interaction grid: how MotionNet and GoalNet see an object (SAMP paper, section 4)."""
+"""The interaction grid: how MotionNet and GoalNet see an object (SAMP paper, section 3.1)."""
 
 from __future__ import annotations
 

@@ -1,0 +1,155 @@
+"""Standing places joined to ground: which neighbours each leads to, and how far away obstacles are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .heightfield import Grid, Places
+
+DIRECTIONS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
+"""Columns (x, z) to the four neighbours; direction d + 2 is the way back."""
+ABRUPT = 0.10
+"""Metres. A higher step between two cells is climbed, not walked over: such ground costs more."""
+STEP_MARGIN = 0.01
+"""Metres. Stairs drawn exactly as high as the character's step stay passable."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """places: the N standing places. index: (layers, X, Z) their numbers by column, -1 where there is none.
+
+    links: (4, N) the neighbour in each of DIRECTIONS that can be stepped to, or -1.
+    clearance: (N,) metres from the middle of the place to the nearest obstacle or edge, up to some reach.
+    rough: (N,) close to an abrupt step. smooth: (4, N) the links without such a step.
+    """
+
+    grid: Grid
+    places: Places
+    index: np.ndarray
+    links: np.ndarray
+    smooth: np.ndarray
+    clearance: np.ndarray
+    rough: np.ndarray
+
+    def points(self, numbers: np.ndarray) -> np.ndarray:
+        """Middles (..., 3) of places on the ground, metres, network frame."""
+        x = self.grid.corner[0] + (self.places.x[numbers] + 0.5) * self.grid.cell
+        z = self.grid.corner[2] + (self.places.z[numbers] + 0.5) * self.grid.cell
+        return np.stack([x, self.places.height[numbers], z], axis=-1)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """The places (...) in the columns of points (..., 3), nearest in height; -1 without one."""
+        x = np.floor((points[..., 0] - self.grid.corner[0]) / self.grid.cell).astype(int)
+        z = np.floor((points[..., 2] - self.grid.corner[2]) / self.grid.cell).astype(int)
+        inside = (x >= 0) & (z >= 0) & (x < self.grid.shape[0]) & (z < self.grid.shape[1])
+        found = self.index[:, np.where(inside, x, 0), np.where(inside, z, 0)]
+        gap = np.where(found >= 0, np.abs(self.places.height[found] - points[..., 1]), np.inf)
+        best = np.take_along_axis(found, gap.argmin(axis=0)[None], axis=0)[0]
+        return np.where(inside, best, -1)
+
+
+def join(
+    grid: Grid, places: Places, step: float, headroom: float, slope: float, radius: float, reach: float
+) -> Ground:
+    """The ground for steps up to ``step`` metres; clearance is measured up to ``reach`` metres."""
+    # The outermost columns have no neighbours to be asked about.
+    x, z = places.x, places.z
+    inner = np.flatnonzero((x > 0) & (z > 0) & (x < grid.shape[0] - 1) & (z < grid.shape[1] - 1))
+    places = Places(*(array[inner] for array in vars(places).values()))
+    index = _by_column(grid, places)
+    abrupt = max(ABRUPT, grid.cell * np.tan(slope) + grid.level)
+    links, smooth = np.full((2, 4, len(places)), -1, dtype=np.int32)
+    for direction in (0, 1):
+        source, target, rise = _neighbours(places, index, DIRECTIONS[direction], step, headroom / grid.level)
+        links[direction, source], links[direction + 2, target] = target, source
+        even = rise <= abrupt
+        smooth[direction, source[even]], smooth[direction + 2, target[even]] = target[even], source[even]
+    climbed = ((links >= 0) & (smooth < 0)).any(axis=0)
+    clearance = _clearance(links, int(np.ceil(reach / grid.cell))) * grid.cell
+    rough = _grown(links, climbed, int(round(radius / grid.cell)))
+    return Ground(grid, places, index, links, smooth, clearance, rough)
+
+
+def _by_column(grid: Grid, places: Places) -> np.ndarray:
+    column = places.x * grid.shape[1] + places.z
+    numbers = np.arange(len(places))
+    first = np.append(True, column[1:] != column[:-1]) if len(places) else np.zeros(0, dtype=bool)
+    layer = numbers - np.maximum.accumulate(np.where(first, numbers, 0))
+    index = np.full((int(layer.max(initial=0)) + 1, *grid.shape), -1, dtype=np.int32)
+    index[layer, places.x, places.z] = numbers
+    return index
+
+
+def _neighbours(
+    places: Places, index: np.ndarray, direction: np.ndarray, step: float, headroom: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of places one step apart in a direction, and the rise (metres) between them."""
+    sources, targets = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    # Layers of one column lie at least the headroom apart, so that at most one of them is within a step.
+    for layer in index:
+        target = layer[places.x + direction[0], places.z + direction[1]]
+        source = np.flatnonzero(target >= 0)
+        target = target[source]
+        room = np.minimum(places.ceiling[source], places.ceiling[target])
+        room = room - np.maximum(places.level[source], places.level[target])
+        rise = np.abs(places.height[source] - places.height[target])
+        good = (rise <= step + STEP_MARGIN) & (room > headroom)
+        sources.append(source[good])
+        targets.append(target[good])
+    source, target = np.concatenate(sources), np.concatenate(targets)
+    return source, target, np.abs(places.height[source] - places.height[target])
+
+
+def _clearance(links: np.ndarray, reach: int) -> np.ndarray:
+    """Distance (N,), in cells, from each place to the near side of the closest column it cannot step to.
+
+    Each place hands the offset of its closest blocked column on to its neighbours, so that the distance is
+    measured along the ground: what stands on another storey does not count.
+    """
+    offset = _blocked_beside(links)
+    distance = np.hypot(*offset)
+    changed = np.flatnonzero(np.isfinite(distance))
+    for _ in range(reach):
+        touched = []
+        for direction in range(4):
+            # The neighbour sees what this place sees, shifted by the way back.
+            target = links[direction, changed]
+            source, target = changed[target >= 0], target[target >= 0]
+            seen = offset[:, source] - DIRECTIONS[direction][:, None]
+            length = np.hypot(*seen)
+            closer = length < distance[target] - 1e-6
+            target = target[closer]
+            offset[:, target], distance[target] = seen[:, closer], length[closer]
+            touched.append(target)
+        changed = np.unique(np.concatenate(touched))
+        if len(changed) == 0:
+            break
+    return np.minimum(distance, reach) - 0.5
+
+
+def _blocked_beside(links: np.ndarray) -> np.ndarray:
+    """Offsets (2, N), in columns, to a blocked column beside each place; infinite without one."""
+    offset = np.full((2, links.shape[1]), np.inf)
+    for direction in range(4):
+        following = (direction + 1) % 4
+        one, two = links[direction], links[following]
+        # Corners first: a blocked side is closer and replaces them.
+        corner = (one >= 0) & (two >= 0) & ((links[following, one] < 0) | (links[direction, two] < 0))
+        offset[:, corner] = (DIRECTIONS[direction] + DIRECTIONS[following])[:, None]
+    for direction in range(4):
+        offset[:, links[direction] < 0] = DIRECTIONS[direction][:, None]
+    return offset
+
+
+def _grown(links: np.ndarray, flags: np.ndarray, rounds: int) -> np.ndarray:
+    """The flagged places (N,) and those within so many steps of them."""
+    flags = flags.copy()
+    changed = np.flatnonzero(flags)
+    for _ in range(rounds):
+        near = links[:, changed].ravel()
+        near = np.unique(near[near >= 0])
+        changed = near[~flags[near]]
+        flags[changed] = True
+    return flags

@@ -1,0 +1,119 @@
+"""Lines over the ground: what they cost, and paths made shorter, roomier and true to the ground's height.
+
+Network frame, metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .corridor import ROUGH_COST
+from .navmesh import NavMesh
+
+BEND = 0.06
+"""Metres by which the ground may leave the straight line between two way-points."""
+
+
+def visible(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> bool:
+    """Whether the straight line between two points (3,) on the ground stays on walkable ground."""
+    return np.isfinite(line_cost(mesh, one, two))
+
+
+def followed(mesh: NavMesh, flat: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
+    """The ground under corners (K, 2): points (M, 3) about a cell apart, and the corners' indices (K,)."""
+    ground, grid = mesh.ground, mesh.ground.grid
+    steps = np.maximum(np.ceil(np.linalg.norm(np.diff(flat, axis=0), axis=1) / grid.cell), 1).astype(int)
+    corner = np.append(0, np.cumsum(steps))
+    across = np.stack([np.interp(np.arange(corner[-1] + 1), corner, flat[:, k]) for k in (0, 1)], axis=1)
+    cells = np.floor((across - grid.corner[[0, 2]]) / grid.cell).astype(int)
+    found = ground.index[:, cells[:, 0], cells[:, 1]]
+    heights = np.where(found >= 0, ground.places.height[found], np.inf)
+    line = np.stack([across[:, 0], np.empty(len(across)), across[:, 1]], axis=1)
+    for k in range(len(line)):
+        gap = np.abs(heights[:, k] - height)
+        if gap.min() <= mesh.agent.height / 2:
+            height = heights[gap.argmin(), k]
+        line[k, 1] = height
+    return line, corner
+
+
+def line_cost(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> float:
+    """Length of the straight line, rough ground counted as in the search; infinite off the ground."""
+    length = float(np.linalg.norm(two - one))
+    share = np.linspace(0, 1, int(np.ceil(2 * length / mesh.ground.grid.cell)) + 2)[:, None]
+    places = mesh.ground.at(one + share * (two - one))
+    owner = mesh.pieces.owner[places]
+    if (places < 0).any() or (owner < 0).any():
+        return np.inf
+    rise = np.abs(np.diff(mesh.ground.places.height[places]))
+    if (rise > mesh.agent.step + 0.05).any():
+        return np.inf
+    return length * float(np.where(mesh.pieces.rough[owner], ROUGH_COST, 1.0).mean())
+
+
+def shortened(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
+    """The corners less those that a straight line can pass by at no higher cost."""
+    cost = np.array([line_cost(mesh, a, b) for a, b in zip(corners, corners[1:], strict=False)])
+    # The pulled line may graze a cell beside the ground; its own length stands in for it.
+    cost = np.where(np.isfinite(cost), cost, np.linalg.norm(np.diff(corners, axis=0), axis=1))
+    spent = np.append(0, np.cumsum(cost))
+    kept, at = [0], 0
+    while at < len(corners) - 1:
+        ahead = (
+            k
+            for k in range(len(corners) - 1, at + 1, -1)
+            if line_cost(mesh, corners[at], corners[k]) <= spent[k] - spent[at] + 1e-6
+        )
+        at = next(ahead, at + 1)
+        kept.append(at)
+    return corners[kept]
+
+
+def given_room(mesh: NavMesh, corners: np.ndarray, comfort: float) -> np.ndarray:
+    """The corners moved away from what they pass, by up to ``comfort`` metres more than the radius."""
+    corners = corners.copy()
+    for k in range(1, len(corners) - 1):
+        before, after = corners[k - 1], corners[k + 1]
+        for place in _roomier_places(mesh, corners[k], comfort):
+            if visible(mesh, before, place) and visible(mesh, place, after):
+                corners[k] = place
+                break
+    return corners
+
+
+def _roomier_places(mesh: NavMesh, corner: np.ndarray, comfort: float) -> np.ndarray:
+    """A few places (K, 3) near a corner that have more room than it, the best first."""
+    ground, grid = mesh.ground, mesh.ground.grid
+    here = ground.at(corner)
+    wanted = mesh.agent.radius + comfort
+    room = ground.clearance[here]
+    if here < 0 or room >= wanted:
+        return np.zeros((0, 3))
+    reach = int(np.ceil(2 * comfort / grid.cell))
+    x, z = ground.places.x[here], ground.places.z[here]
+    window = ground.index[:, max(x - reach, 0) : x + reach + 1, max(z - reach, 0) : z + reach + 1]
+    near = window[(window >= 0) & (mesh.pieces.owner[window] >= 0)]
+    points = ground.points(near)
+    near_height = np.abs(points[:, 1] - corner[1]) <= mesh.agent.step
+    gain = np.minimum(ground.clearance[near], wanted) - room
+    away = np.linalg.norm(points - corner, axis=1)
+    good = np.flatnonzero(near_height & (gain > 0.01))
+    return points[good[np.argsort(0.3 * away[good] - gain[good], kind="stable")]][:12]
+
+
+def with_bends(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
+    """The corners (K, 3) and, between them, way-points where the ground rises or falls."""
+    line, corner = followed(mesh, corners[:, [0, 2]], corners[0, 1])
+    kept = set(corner.tolist())
+    waiting = list(zip(corner[:-1].tolist(), corner[1:].tolist(), strict=True))
+    while waiting:
+        a, b = waiting.pop()
+        if b - a < 2:
+            continue
+        straight = np.interp(np.arange(a, b + 1), [a, b], line[[a, b], 1])
+        off = np.abs(line[a : b + 1, 1] - straight)
+        if off.max() > BEND:
+            middle = a + int(off.argmax())
+            kept.add(middle)
+            waiting += [(a, middle), (middle, b)]
+    return line[sorted(kept)]
