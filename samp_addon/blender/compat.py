@@ -95,3 +95,22 @@ def new_shape_key(mesh: bpy.types.Object, name: str, value: float = 0.0) -> bpy.
     key = mesh.shape_key_add(name=name, from_mix=False)
     key.value = value
     return key
+
+
+def import_fbx(filepath: str) -> None:
+    """Imports an FBX file: the built-in importer of Blender 4.5 and later, or the older add-on."""
+    if "fbx_import" in dir(bpy.ops.wm):
+        bpy.ops.wm.fbx_import(filepath=filepath)
+        return
+    import addon_utils
+
+    addon_utils.enable("io_scene_fbx", default_set=False)
+    bpy.ops.import_scene.fbx(filepath=filepath)
+
+
+def import_usd(filepath: str) -> None:
+    """Imports a USD file with the names of its transforms, which are those of the exported objects."""
+    known = bpy.ops.wm.usd_import.get_rna_type().properties
+    # Older Blenders always merge a transform with its mesh and keep the mesh's name.
+    options = {"merge_parent_xform": False} if "merge_parent_xform" in known else {}
+    bpy.ops.wm.usd_import(filepath=filepath, **options)

@@ -66,9 +66,12 @@ def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy
     found = objects.get(name) or collections.get(name)
     if found is not None:
         return found
-    close = close_names(name, [o.name for o in objects if not o.get(OVERLAY_KEY)] + list(collections))
-    hint = f"; did you mean {close}?" if close else "; choose an object, an empty or a collection in it."
-    raise SampError(f"There is no '{name}' in the scene{hint}")
+    known = [o.name for o in objects if not o.get(OVERLAY_KEY)] + list(collections)
+    close = close_names(name, known)
+    if close:
+        raise SampError(f"There is no '{name}' in the scene; did you mean {close}?")
+    some = ", ".join(f"'{k}'" for k in known[:5]) + (", ..." if len(known) > 5 else "")
+    raise SampError(f"There is no '{name}' in the scene; it holds {some or 'nothing'}.")
 
 
 def close_names(name: str, known: Iterable[str]) -> str:
