@@ -7,6 +7,7 @@ import importlib
 # The one list of operators. A new one is a file beside this, and its name here.
 OPERATORS = (
     "create_character",
+    "sample_goals",
     "bake",
     "export_npz",
 )

@@ -17,10 +17,10 @@ from .. import frames
 from ..errors import SampError
 from ..evaluation import metrics
 from ..job import Job
-from ..motion import Goal
 from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
 from . import actions, armature, character, read_scene
+from . import goals as arrows
 
 SCHEMA_VERSION = 1
 
@@ -68,7 +68,7 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     target, goals = None, ()
     if job.target:
         target = read_scene.read_target(context, job.target, exclude)
-        goals = _chosen_goals(context, target)
+        goals = arrows.read_goals(context, target, job.action)
     situation = Situation(
         scene=scene,
         target=None if target is None else target.triangles,
@@ -142,10 +142,6 @@ def _place(numbers: Sequence[float]) -> tuple[np.ndarray, float | None]:
     """Position and yaw in radians, network frame, of (x, y, z) or (x, y, z, yaw) in Blender's."""
     yaw = math.radians(numbers[3]) if len(numbers) > 3 else None
     return frames.to_network(np.array(numbers[:3])), yaw
-
-
-def _chosen_goals(context: bpy.types.Context, target: read_scene.Target) -> Sequence[Goal]:
-    return ()
 
 
 def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:

@@ -1,0 +1,45 @@
+"""Sample Goals: arrows where a character can sit or lie on the furniture."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty, IntProperty, StringProperty
+
+from ..samp_addon.blender import goals
+from . import outcome
+
+
+class SAMP_OT_sample_goals(bpy.types.Operator):
+    """Find places to sit or lie on an object; move, turn, select or delete the arrows to have your way"""
+
+    bl_idname = "samp.sample_goals"
+    bl_label = "Sample Goals"
+    bl_options = {"REGISTER", "UNDO"}
+
+    target: StringProperty(
+        name="Target",
+        description="Object, empty or collection of the furniture; empty: the active object",
+        options={"SKIP_SAVE"},
+    )
+    action: EnumProperty(
+        name="Action",
+        items=(("sit", "Sit", "Places to sit on"), ("lie", "Lie", "Places to lie on")),
+        default="sit",
+    )
+    count: IntProperty(name="Count", description="How many arrows", default=5, min=1, max=64)
+    seed: IntProperty(name="Seed", description="Other goals for another seed", default=0, min=0)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to Object Mode first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._sample(context))
+
+    def _sample(self, context: bpy.types.Context) -> str:
+        target = self.target or goals.active_target(context)
+        made = goals.sample_goals(context, target, self.action, self.count, self.seed)
+        return f"Placed {len(made)} goal{'s' if len(made) > 1 else ''} on '{target}'."
