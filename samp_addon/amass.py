@@ -1,7 +1,8 @@
 """Takes as AMASS SMPL-X .npz, the file that SMPL-X tools exchange.
 
-AMASS is Z-up. Its ``trans`` is not the pelvis: SMPL-X turns the body about the rest pelvis J0 and then adds ``trans``,
-so pelvis = J0 + trans. J0 is that of SMPL-X's mean body, since exported files carry betas of zero.
+AMASS is Z-up. Its ``trans`` is not the pelvis: SMPL-X turns the body about the rest pelvis J0 and then adds
+``trans``, so pelvis = J0 + trans. J0 is that of SMPL-X's mean body, since exported files carry betas of
+zero.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import frames, rotation, skeleton
+from . import frames, rotation
 from .body.hands import complete
 from .errors import SampError
 from .motion import Motion
@@ -71,8 +72,9 @@ def write_amass(motion: Motion, path: str | Path, gender: str = "neutral") -> Pa
 def read_amass(path: str | Path) -> Motion:
     """Reads an AMASS file of an SMPL, SMPL-H or SMPL-X body: 22 joints, or 55 where it is SMPL-X.
 
-    The body's own shape (betas) needs SMPL-X's model files and is not read: the mean body's rest pelvis stands for it,
-    and the root is off by as much as theirs differ, a few centimetres. Raises SampError for another file.
+    The body's own shape (betas) needs SMPL-X's model files and is not read: the mean body's rest pelvis
+    stands for it, and the root is off by as much as theirs differ, a few centimetres. Raises SampError for
+    another file.
     """
     path = Path(path)
     try:

@@ -43,10 +43,11 @@ def write_motion(
 ) -> bpy.types.Action:
     """Writes a take as a new Action and, if ``activate``, makes it the armature's active one.
 
-    armature: any SMPL-X armature, wherever it stands. scene: its frame rate is the Action's; bpy.context's if None.
-    For other proportions than the take's see body/proportions.py. Nothing but the new Action is made; an Action that
-    it replaces as the active one keeps a fake user, so that it is saved. Raises SampError for another rig, for a take
-    with values that are not numbers, and where Blender does not allow a new Action.
+    armature: any SMPL-X armature, wherever it stands. scene: its frame rate is the Action's; bpy.context's
+    if None. For other proportions than the take's see body/proportions.py. Nothing but the new Action is
+    made; an Action that it replaces as the active one keeps a fake user, so that it is saved. Raises
+    SampError for another rig, for a take with values that are not numbers, and where Blender does not allow
+    a new Action.
     """
     scene = scene or bpy.context.scene
     _refuse_broken(motion)
@@ -81,7 +82,9 @@ def _refuse_broken(motion: Motion) -> None:
     if len(motion) == 0:
         raise SampError("The take has no frames; generate it again.")
     if motion.rotations.shape[1] < skeleton.BODY_COUNT:
-        raise SampError(f"The take moves {motion.rotations.shape[1]} joints; a body needs {skeleton.BODY_COUNT}.")
+        raise SampError(
+            f"The take moves {motion.rotations.shape[1]} joints; a body needs {skeleton.BODY_COUNT}."
+        )
     if not (np.isfinite(motion.root).all() and np.isfinite(motion.rotations).all()):
         raise SampError("The take holds values that are not numbers; generate it again with another seed.")
 
@@ -89,14 +92,16 @@ def _refuse_broken(motion: Motion) -> None:
 def _refuse_locked(armature: bpy.types.Object) -> None:
     """Raises SampError where Blender would not let the armature have a new Action."""
     if not armature.is_editable:
-        raise SampError(f"'{armature.name}' is linked from another file; make a library override of it first.")
+        raise SampError(
+            f"'{armature.name}' is linked from another file; make a library override of it first."
+        )
     data = armature.animation_data
     if data is not None and data.use_tweak_mode:
         raise SampError(f"'{armature.name}' is in tweak mode of the NLA editor; leave it (Tab) first.")
 
 
 def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Motion) -> list[_Channel]:
-    """All that the Action holds: the pelvis' place, each bone's rotation, and the rest pose of what would disturb."""
+    """The pelvis' place, each bone's rotation, and the rest pose of whatever else would disturb."""
     pose = armature.pose.bones
     result = []
     for bone in calibration.ancestors:
@@ -123,14 +128,14 @@ def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Moti
 
 
 def pelvis_locations(calibration: Calibration, root: np.ndarray) -> np.ndarray:
-    """The pelvis bone's ``location`` (T, 3) for world positions of the pelvis joint (T, 3), network frame, metres."""
+    """The pelvis bone's ``location`` (T, 3) for the pelvis joint (T, 3) in the network frame, metres."""
     inverse = np.linalg.inv(calibration.world)
     place = frames.to_blender(root) @ inverse[:3, :3].T + inverse[:3, 3]
     return (place - calibration.pelvis_head) @ calibration.bases[0]
 
 
 def bone_rotations(calibration: Calibration, rotations: np.ndarray) -> np.ndarray:
-    """Each bone's own quaternions (T, 55, 4) for SMPL-X local rotations (T, 55, 4), the root's in the network frame."""
+    """Each bone's own quaternions (T, 55, 4) for SMPL-X local rotations (T, 55, 4) of the network frame."""
     own = _turned(rotations, calibration.axes)
     own[:, 0] = rotation.multiply(_border(calibration), own[:, 0])
     return _turned(own, np.swapaxes(calibration.bases, 1, 2))
@@ -144,7 +149,7 @@ def _turned(quaternions: np.ndarray, turn: np.ndarray) -> np.ndarray:
 
 
 def _border(calibration: Calibration) -> np.ndarray:
-    """Quaternion (4,) that takes a root turn of the armature's axes from the network's world to the armature's."""
+    """Quaternion (4,): a root turn, seen in the armature's axes, from the network's world to the armature."""
     return rotation.matrix_to_quaternion(
         calibration.turn.T @ frames.BLENDER_FROM_NETWORK @ calibration.axes.T
     )
@@ -169,10 +174,11 @@ def read_motion(
     frame_end: int | None = None,
     scene: bpy.types.Scene | None = None,
 ) -> Motion:
-    """The inverse of write_motion: the Motion (55 joints) that an Action shows on the armature where it stands.
+    """The inverse of write_motion: the Motion (55 joints) that an Action shows where the armature stands.
 
-    Reads the f-curves themselves, frame by frame at the scene's rate; constraints and NLA strips are not seen. Without
-    ``action`` the active one, without frames all of it. Raises SampError where there is no Action.
+    Reads the f-curves themselves, frame by frame at the scene's rate; constraints and NLA strips are not
+    seen. Without ``action`` the active one, without frames all of it. Raises SampError where there is no
+    Action.
     """
     scene = scene or bpy.context.scene
     data = armature.animation_data
@@ -204,7 +210,9 @@ class _Reader:
     def __init__(self, armature: bpy.types.Object, action: bpy.types.Action, times: np.ndarray) -> None:
         self.pose = armature.pose.bones
         self.times = times
-        self.curves = {(curve.data_path, curve.array_index): curve for curve in compat.curves(action, armature)}
+        self.curves = {
+            (curve.data_path, curve.array_index): curve for curve in compat.curves(action, armature)
+        }
 
     def values(self, bone: str, path: str, size: int) -> np.ndarray:
         """One property of a bone over the frames: (T, size)."""
@@ -221,7 +229,7 @@ class _Reader:
         return channels.to_quaternions(mode, self.values(bone, *channels.rotation_channel(mode)))
 
     def pelvis_and_rotations(self, calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
-        """The pelvis head (T, 3) in the armature's axes and units, and each bone's own quaternions (T, 55, 4).
+        """The pelvis head (T, 3) in the armature's units, and each bone's own quaternions (T, 55, 4).
 
         Bones above the pelvis are folded into the pelvis.
         """
@@ -243,7 +251,7 @@ class _Reader:
 
 
 def _noted(action: bpy.types.Action, start: int, end: int) -> dict:
-    """Contacts, actions and the interaction's start for these frames, where the Action carries them for all of them."""
+    """Contacts, actions and the interaction's start, where the Action carries them for all these frames."""
     notes = action.get(NOTES)
     if notes is None or start < notes["frame_start"] or end > notes["frame_end"]:
         return {}

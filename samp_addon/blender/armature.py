@@ -1,7 +1,8 @@
-"""Finding an SMPL-X armature, checking that it is one, and measuring how it differs from the network's skeleton.
+"""Finds an SMPL-X armature, checks that it is one, and measures how it differs from our skeleton.
 
-The two public SMPL-X add-ons make different armatures (metres with Z up; centimetres with Y up on a turned object).
-Nothing of that is assumed here: axes, scale and proportions are read from the armature's own rest bones.
+The two public SMPL-X add-ons make different armatures (metres with Z up; centimetres with Y up on a turned
+object). Nothing of that is assumed here: axes, scale and proportions are read from the armature's own rest
+bones.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ _MAX_BEND = 30.0
 class Calibration:
     """How an armature relates to the network's skeleton.
 
-    bones: the bone of each of the 55 joints, None where the armature has none. ancestors: bones above the pelvis.
-    axes: (3, 3) turns network axes into the armature's own. bases: (55, 3, 3) rest rotation of each bone in the
-    armature's axes. world: (4, 4) of the object; turn: (3, 3) its rotation; scale: metres of the world to a unit.
-    pelvis_head: (3,) in the armature's units. rest_joints: (55, 3) metres of the world, network frame, pelvis at the
-    origin.
+    bones: the bone of each of the 55 joints, None where the armature has none. ancestors: bones above the
+    pelvis. axes: (3, 3) turns network axes into the armature's own. bases: (55, 3, 3) rest rotation of each
+    bone in the armature's axes. world: (4, 4) of the object; turn: (3, 3) its rotation; scale: metres of
+    the world to a unit. pelvis_head: (3,) in the armature's units. rest_joints: (55, 3) metres of the
+    world, network frame, pelvis at the origin.
     """
 
     bones: tuple[str | None, ...]
@@ -107,20 +108,23 @@ def check(armature: bpy.types.Object) -> None:
         above = {parent.name for parent in bone.parent_recursive}
         if j and bone_name(armature, skeleton.JOINTS[skeleton.PARENTS[j]]) not in above:
             wanted = skeleton.JOINTS[skeleton.PARENTS[j]]
-            raise SampError(f"'{armature.name}' has a bone '{joint}' that does not hang from '{wanted}'; parent it there.")
+            raise SampError(
+                f"'{armature.name}' has a bone '{joint}' that does not hang from '{wanted}'; parent it there."
+            )
         if bone.parent is not None and not bone.use_inherit_rotation:
             raise SampError(f"The bone '{joint}' of '{armature.name}' must inherit rotation; switch it on.")
     pelvis = armature.data.bones["pelvis"]
     if pelvis.use_connect or not pelvis.use_local_location:
         raise SampError(
-            f"The bone 'pelvis' of '{armature.name}' cannot move freely; switch off Connected, switch on Local Location."
+            f"The bone 'pelvis' of '{armature.name}' is held; switch Connected off and Local Location on."
         )
 
 
 def calibrate(armature: bpy.types.Object) -> Calibration:
     """Measures an SMPL-X armature in its rest pose where it stands now.
 
-    Raises SampError for another rig, a rest pose that is not SMPL-X's T-pose, and a scale that differs by axis.
+    Raises SampError for another rig, a rest pose that is not SMPL-X's T-pose, and a scale that differs by
+    axis.
     """
     check(armature)
     bpy.context.view_layer.update()  # matrix_world is stale after a script has moved the object
@@ -159,15 +163,18 @@ def _turn_and_scale(name: str, world: np.ndarray) -> tuple[np.ndarray, float]:
         raise SampError(f"'{name}' has a scale of zero; give it a scale.")
     turn = world[:3, :3] / scale
     if np.abs(turn.T @ turn - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
-        raise SampError(f"'{name}' has a scale that differs by axis or mirrors it; apply its scale (Ctrl+A) first.")
+        raise SampError(
+            f"'{name}' has a scale that differs by axis or mirrors it; apply its scale (Ctrl+A) first."
+        )
     return _orthonormal(turn), scale
 
 
 def _axes(name: str, heads: np.ndarray) -> np.ndarray:
     """The turn (3, 3) of network axes onto the armature's own, from its rest joints (22, 3).
 
-    Proportions bias the best fit by a degree or two, so it is snapped: to whole axes where it is near them, else up
-    alone, with the side from the pairs of left and right joints (a rest pose that was turned and then applied).
+    Proportions bias the best fit by a degree or two, so it is snapped: to whole axes where it is near them,
+    else up alone, with the side from the pairs of left and right joints (a rest pose that was turned and
+    then applied).
     """
     ours = skeleton.default_rest_joints()[: skeleton.BODY_COUNT]
     u, _, vt = np.linalg.svd((heads - heads.mean(0)).T @ (ours - ours.mean(0)))
@@ -216,6 +223,8 @@ def standing_place(armature: bpy.types.Object) -> tuple[np.ndarray, float]:
     """Where the character stands now: (3,) pelvis joint and yaw in radians, network frame."""
     calibration = calibrate(armature)
     pose = np.array(armature.matrix_world @ armature.pose.bones["pelvis"].matrix, dtype=np.float64)
-    forward = _orthonormal(pose[:3, :3]) @ calibration.bases[0].T @ calibration.axes @ np.array([0.0, 0.0, 1.0])
+    forward = (
+        _orthonormal(pose[:3, :3]) @ calibration.bases[0].T @ calibration.axes @ np.array([0.0, 0.0, 1.0])
+    )
     direction = frames.to_network(forward)
     return frames.to_network(pose[:3, 3]), float(frames.direction_yaw(direction))

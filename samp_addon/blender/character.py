@@ -29,10 +29,10 @@ def create_character(
 ) -> bpy.types.Object:
     """Makes the human and returns its armature, which becomes the active object.
 
-    shapes: values from 0 to 1 of the body shapes (male, female, tall, short, ...): the mesh's shape keys get them and
-    the joints follow. location: where the soles stand, metres of the world. yaw: radians, 0 faces -Y, positive turns
-    left. The armature's axes are SMPL-X's: a bone's rotation_quaternion is the joint's rotation, and so anything that
-    reads SMPL-X armatures reads this one.
+    shapes: values from 0 to 1 of the body shapes (male, female, tall, short, ...): the mesh's shape keys
+    get them and the joints follow. location: where the soles stand, metres of the world. yaw: radians, 0
+    faces -Y, positive turns left. The armature's axes are SMPL-X's: a bone's rotation_quaternion is the
+    joint's rotation, and so anything that reads SMPL-X armatures reads this one.
     """
     shapes = {key: value for key, value in (shapes or {}).items() if value}
     default, body = human.load(), human.load().shaped(shapes)
@@ -68,14 +68,12 @@ def body_of(armature: bpy.types.Object) -> Human:
     """
     joints = calibrate(armature).rest_joints
     shapes = armature.get(SHAPES)
-    body = (
-        human.load() if shapes is None else human.load().shaped({key: shapes[key] for key in shapes.keys()})
-    )
+    body = human.load() if shapes is None else human.load().shaped(shapes.to_dict())
     return body.fitted(joints)
 
 
 def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.types.Object:
-    """An armature object with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
+    """An armature with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
     data = bpy.data.armatures.new(name)
     data.display_type = "STICK"
     armature = bpy.data.objects.new(name, data)
@@ -111,7 +109,7 @@ def _sort_bones(data: bpy.types.Armature) -> None:
 def _mesh(
     context: bpy.types.Context, body: Human, lift: np.ndarray, shapes: dict[str, float], name: str
 ) -> bpy.types.Object:
-    """The mesh object with its materials and shape keys, network frame lifted by ``lift`` (3,)."""
+    """The mesh object with its materials and shape keys, lifted by ``lift`` (3,)."""
     data = bpy.data.meshes.new(name)
     faces = [face[:3] if face[2] == face[3] else face for face in body.faces.tolist()]
     data.from_pydata(frames.to_blender(body.vertices + lift).tolist(), [], faces)
@@ -131,7 +129,7 @@ def _mesh(
 
 
 def _bind(mesh: bpy.types.Object, armature: bpy.types.Object, body: Human) -> None:
-    """Vertex groups, parent and Armature modifier; plain linear blend skinning, as body/human.py computes it."""
+    """Vertex groups, parent and Armature modifier: linear blend skinning, as body/human.py does it."""
     groups = [mesh.vertex_groups.new(name=joint) for joint in skeleton.JOINTS]
     for k in range(body.weights.shape[1]):
         used = np.flatnonzero(body.weights[:, k] > 0)
@@ -146,7 +144,7 @@ def _bind(mesh: bpy.types.Object, armature: bpy.types.Object, body: Human) -> No
 
 
 def _link(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    """Puts an object into the active collection, or the scene's own where that one is linked from another file."""
+    """Puts an object into the active collection, or the scene's own where that one is linked."""
     collection = context.collection
     if collection is None or not collection.is_editable or obj.name in collection.objects:
         collection = context.scene.collection

@@ -1,4 +1,4 @@
-"""Every difference between Blender 4.2 and 5.x that this program meets. No other file asks for the version."""
+"""Every difference between Blender 4.2 and 5.x that we meet. No other file asks for the version."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def assign(owner: bpy.types.Object, action: bpy.types.Action) -> None:
 
 
 def _slot_for(owner: bpy.types.Object, action: bpy.types.Action) -> object | None:
-    """The slot of an action that animates this object: its own, the one of its name, or the first for objects."""
+    """The slot of an action for this object: its own, the one of its name, or the first for objects."""
     data = owner.animation_data
     if data is not None and data.action == action and data.action_slot is not None:
         return data.action_slot

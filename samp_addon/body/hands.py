@@ -8,10 +8,12 @@ import numpy as np
 
 from .. import rotation, skeleton
 
-# Bend of the three joints of each finger in degrees, as hands hang when nobody thinks of them.
-_BEND = {"index": (12, 22, 12), "middle": (18, 26, 14), "ring": (22, 28, 15), "pinky": (24, 28, 15)}
-# The thumb lies along the forefinger: turned in about the finger axis, then bent.
-_THUMB = ((10, 12, -8), (0, 10, -6), (0, 12, -4))
+# Of the right hand, degrees. Bend of a finger's three joints as hands hang when nobody thinks of them, and
+# the turn at its root that lays the spread fingers of the T-pose beside each other.
+_BEND = {"index": (14, 24, 14), "middle": (18, 28, 16), "ring": (22, 30, 17), "pinky": (25, 30, 17)}
+_CLOSE = {"index": -6, "middle": -1, "ring": 4, "pinky": 9}
+# The thumb comes in beside the forefinger.
+_THUMB = ((8, -24, 16), (0, -8, 6), (0, -12, 6))
 
 
 @functools.cache
@@ -21,10 +23,12 @@ def relaxed_hands() -> np.ndarray:
     result = np.tile([1.0, 0.0, 0.0, 0.0], (len(tail), 1))
     for i, name in enumerate(tail):
         side, _, finger = name.partition("_")
-        # In the T-pose fingers lie along x, palms down: closing the left hand turns about -z, the right about +z.
+        # In the T-pose fingers lie along x, palms down: closing the left hand turns about -z, the right
+        # about +z.
         mirror = np.array([1.0, -1.0, -1.0]) if side == "left" else np.ones(3)
         if finger[:-1] in _BEND:
-            bend = np.array([0.0, 0.0, _BEND[finger[:-1]][int(finger[-1]) - 1]])
+            k = int(finger[-1]) - 1
+            bend = np.array([0.0, _CLOSE[finger[:-1]] if k == 0 else 0.0, _BEND[finger[:-1]][k]])
         elif finger[:-1] == "thumb":
             bend = np.array(_THUMB[int(finger[-1]) - 1], dtype=float)
         else:

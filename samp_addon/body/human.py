@@ -1,7 +1,7 @@
 """The default human: its mesh, joints, skin weights and shapes, and linear blend skinning in numpy and torch.
 
-Baked by training/build_body.py into human.npz. Network frame, metres, the pelvis joint at the origin in the rest
-pose, which is SMPL-X's T-pose.
+Baked by training/build_body.py into human.npz. Network frame, metres, the pelvis joint at the origin in the
+rest pose, which is SMPL-X's T-pose.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Human:
         return float(np.ptp(self.vertices[:, 1]))
 
     def shaped(self, values: dict[str, float]) -> Human:
-        """This body with shapes at these values (0 to 1 each); its joints follow. Unknown names raise KeyError."""
+        """This body with shapes at these values (0 to 1 each); joints follow. Unknown names: KeyError."""
         vertices, joints = self.vertices, self.joints
         for name, value in values.items():
             vertices = vertices + value * self.shapes[name][0]
@@ -62,7 +62,7 @@ class Human:
         return replace(self, vertices=_frozen(vertices), joints=_frozen(joints))
 
     def fitted(self, joints: np.ndarray) -> Human:
-        """This body with its joints moved to (55, 3), the skin following by its weights; shapes are dropped."""
+        """This body with its joints moved to (55, 3), the skin following by its weights, without shapes."""
         shift = joints - joints[0] - self.joints
         moved = self.vertices + np.einsum("vk,vka->va", self.weights, shift[self.weight_joints])
         return replace(self, vertices=_frozen(moved), joints=_frozen(joints - joints[0]), shapes={})
@@ -114,8 +114,8 @@ def load() -> Human:
 def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: int = 64) -> np.ndarray:
     """The body's vertices in each frame: (T, V, 3) world, metres, network frame, single precision.
 
-    human gives the bones' lengths; its pelvis goes where the motion's root is. subset: vertex indices, such as
-    human.collision; chunk: frames taken at once, which bounds the memory.
+    human gives the bones' lengths; its pelvis goes where the motion's root is. subset: vertex indices, such
+    as human.collision; chunk: frames taken at once, which bounds the memory.
     """
     table = human.blend_matrix(subset).astype(np.float32)
     rotations = complete(motion.rotations)
@@ -136,8 +136,9 @@ def skin_torch(
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Skinning with gradients towards root and rotations, for the optimiser.
 
-    root: (T, 3) world position of the pelvis joint, metres. rotations: (T, J, 3, 3) local rotation matrices of
-    J >= 22 joints; missing ones are relaxed. Returns vertices (T, V, 3) and joints (T, 55, 3), in root's precision.
+    root: (T, 3) world position of the pelvis joint, metres. rotations: (T, J, 3, 3) local rotation matrices
+    of J >= 22 joints; missing ones are relaxed. Returns vertices (T, V, 3) and joints (T, 55, 3), in root's
+    precision.
     """
     import torch
 

@@ -1,7 +1,7 @@
 """A take on a body of other proportions: rotations stay, the root's height follows the legs.
 
-Limit: the way over the floor stays too, since the take must end where the goal is; longer or shorter legs therefore
-slide by the difference of their strides, and a foot lock on the new body is what removes that.
+Limit: the way over the floor stays too, since the take must end where the goal is; longer or shorter legs
+therefore slide by the difference of their strides, and a foot lock on the new body is what removes that.
 """
 
 from __future__ import annotations
@@ -31,8 +31,9 @@ def leg_length(rest_joints: np.ndarray) -> float:
 def adapt(motion: Motion, rest_joints: np.ndarray) -> Motion:
     """The take for a body with these rest joints (J or more, 3; metres, pelvis at the origin).
 
-    While the pelvis rests on something (contacts[:, 0]) its height over the seat stays but for the thickness of the
-    body; else the lowest foot keeps its height over the floor. Without contacts the feet decide everywhere.
+    While the pelvis rests on something (contacts[:, 0]) its height over the seat stays but for the
+    thickness of the body; else the lowest foot keeps its height over the floor. Without contacts the feet
+    decide everywhere.
     """
     if np.abs(rest_joints[: skeleton.BODY_COUNT] - motion.rest_joints[: skeleton.BODY_COUNT]).max() < 1e-4:
         return replace(motion, rest_joints=rest_joints)
