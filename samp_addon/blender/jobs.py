@@ -72,6 +72,7 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     situation = Situation(
         scene=scene,
         target=None if target is None else target.triangles,
+        parts=() if target is None else target.parts,
         start=_start(job, owner),
         destination=None if job.to is None else _place(job.to),
         goals=goals,

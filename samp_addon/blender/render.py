@@ -43,16 +43,16 @@ def prepare(scene: bpy.types.Scene, width: int, height: int) -> None:
     scene.display.render_aa = "5"
     scene.display.light_direction = (0.35, 0.87, 0.35)  # Workbench counts its height as the second number
     shading = scene.display.shading
-    shading.light = "STUDIO"
+    shading.light, shading.studio_light = "STUDIO", "paint.sl"
     shading.color_type = "MATERIAL"
     shading.show_shadows = True
     shading.shadow_intensity = 0.35
     shading.show_cavity = True
     shading.show_backface_culling = True
-    scene.view_settings.view_transform = "Standard"
+    scene.view_settings.view_transform, scene.view_settings.exposure = "Standard", 0.5
     if scene.world is None:
         scene.world = bpy.data.worlds.new("SAMP backdrop")
-    scene.world.color = (0.82, 0.84, 0.86)
+    scene.world.color = (0.56, 0.58, 0.60)
 
 
 def stamp(scene: bpy.types.Scene, text: str) -> None:

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import SampError
-from ..evaluation import metrics
+from ..evaluation import collision, metrics
 from ..frames import yaw_direction
 from ..job import SEATED, Job
 from ..motion import Goal, Motion
@@ -27,6 +27,9 @@ from .request import Request
 
 START_DISTANCE = (1.5, 3.5)
 """Metres from the goal at which a free start is looked for."""
+
+SURROUNDINGS = 1.0
+"""Metres around a target in which other things may be in a seated body's way."""
 
 STAND_OFF = 0.5
 """Metres between an object and who stands in front of it."""
@@ -43,13 +46,15 @@ Progress = Callable[[str, float], None]
 class Situation:
     """What the chain needs to know of the artist's scene; network frame.
 
-    scene: all triangles, the target's too, the character's not. target: (F, 3, 3) or None. start: floor
+    scene: all triangles, the target's too, the character's not. target: (F, 3, 3) or None. parts:
+    the target's names in the scene. start: floor
     position (3,) and yaw, or None for a free place. destination: floor position (3,) and yaw or None, for
     walks. goals: places on the target that the artist has chosen; empty to let GoalNet choose.
     """
 
     scene: SceneGeometry
     target: np.ndarray | None = None
+    parts: Sequence[str] = ()
     start: tuple[np.ndarray, float] | None = None
     destination: tuple[np.ndarray, float | None] | None = None
     goals: Sequence[Goal] = ()
@@ -77,9 +82,12 @@ class Failure:
 
 @dataclass(frozen=True)
 class Tools:
-    """The networks' part, which tests replace. sample_goals: (triangles, action, count, seed) -> goals."""
+    """The networks' part, which tests replace.
 
-    sample_goals: Callable[[np.ndarray, str, int, int], Sequence[Goal]]
+    sample_goals: (triangles, action, count, seed, obstacles) -> goals.
+    """
+
+    sample_goals: Callable[[np.ndarray, str, int, int, np.ndarray], Sequence[Goal]]
     generate: Callable[[Request], Sequence[Motion | SampError]]
 
 
@@ -87,7 +95,7 @@ def networks() -> Tools:
     """The trained networks; imports torch."""
     from . import goals, samp
 
-    return Tools(lambda *arguments: list(goals.sample_goals(*arguments)), samp.generate)
+    return Tools(goals.sample_goals, samp.generate)
 
 
 def standing_height() -> float:
@@ -226,10 +234,21 @@ class _Chain:
         """Where on the target the pelvis shall end."""
         job, chosen = self.job, [goal for goal in self.situation.goals if goal.action == self.job.action]
         found = chosen[noise % len(chosen) :] if chosen else []
-        found = found or self.tools.sample_goals(self.situation.target, job.action, 1, noise)
+        found = found or self._sampled(noise)
         if not found:
             raise SampError(f"There is no place to {job.action} on '{job.target}'; choose another object.")
         return found[0]
+
+    def _sampled(self, noise: int) -> Sequence[Goal]:
+        target = self.situation.target
+        return self.tools.sample_goals(target, self.job.action, 1, noise, self._surroundings)
+
+    @cached_property
+    def _surroundings(self) -> np.ndarray:
+        """Triangles (F, 3, 3) of what else stands within reach of the target."""
+        target, others = self.situation.target, self.situation.scene.without(self.situation.parts)
+        low, high = target.min((0, 1)) - SURROUNDINGS, target.max((0, 1)) + SURROUNDINGS
+        return collision.near_box(others.triangles, low, high)
 
     def _standing_goal(self, rng: np.random.Generator) -> Goal:
         """A place on the floor; its direction is zero where none is asked for."""
