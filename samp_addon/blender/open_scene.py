@@ -39,7 +39,7 @@ FORMATS = (".blend", *IMPORTERS)
 def open_scene(path: str | Path) -> None:
     """Opens a .blend, or imports another format into an empty file. What is open now is discarded.
 
-    Raises SampError for a missing file, an unknown format, a file that cannot be read, and one without objects.
+    Raises SampError for a missing file, an unknown format, an unreadable file, and one without objects.
     """
     path = Path(path).expanduser().resolve()
     kind = path.suffix.lower()
@@ -55,7 +55,7 @@ def open_scene(path: str | Path) -> None:
         IMPORTERS[kind](str(path))
     # Importers are add-ons of many hands: whatever they trip over, the file is what the artist can look at.
     except Exception as error:
-        reason = next(iter(str(error).strip().splitlines()), "").removeprefix("Error: ").rstrip(".")
+        reason = (str(error).strip().splitlines() or [""])[0].removeprefix("Error: ").rstrip(".")
         raise SampError(f"'{path.name}' cannot be read{': ' + reason if reason else ''}.") from error
     if not bpy.context.scene.objects:
         raise SampError(f"'{path.name}' cannot be read, or holds no objects; open it in Blender to see.")

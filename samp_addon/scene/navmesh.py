@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from .. import frames
 from ..errors import PathError
-from . import geometry, ground, heightfield, lattice, rectangles
+from . import geometry, ground, heightfield, islands, lattice, rectangles
 from .ground import Ground
 from .heightfield import Grid
 from .rectangles import Portals, Rectangles
@@ -22,8 +20,6 @@ MOST_COLUMNS = 500_000
 """Columns of the grid; 35 x 35 m at 5 cm. Larger scenes are cut, or get larger cells."""
 REACH = 0.6
 """Metres up to which the distance to obstacles is known."""
-SMALLEST_ISLAND = 0.5
-"""Square metres. Smaller walkable pieces that touch nothing (table tops, shelves) are dropped."""
 DETOUR = 6.0
 """Metres around start and goal that the part of a large scene holds at least."""
 SMALLEST_ROOM = 2.5
@@ -84,7 +80,7 @@ class NavMesh:
     @cached_property
     def islands(self) -> np.ndarray:
         """For each polygon (P,) the number of the connected part it belongs to."""
-        return _connected(len(self.pieces), self.portals.pieces)
+        return islands.connected(len(self.pieces), self.portals.pieces)
 
     @cached_property
     def walkable(self) -> np.ndarray:
@@ -149,7 +145,7 @@ def build(
     joined = ground.join(
         grid, places, agent.step, agent.height, agent.slope, agent.radius, max(REACH, agent.radius)
     )
-    walkable = _without_islands(joined, joined.clearance >= agent.radius)
+    walkable = islands.worth_keeping(joined, joined.clearance >= agent.radius, agent.step)
     if not walkable.any():
         raise PathError("Nothing in the scene can be walked on; add a floor, or make the character smaller.")
     pieces = rectangles.cover(joined, walkable)
@@ -218,22 +214,3 @@ def _with_margin(triangles: np.ndarray, cover: np.ndarray, floor: float) -> tupl
     margin = np.array([GROUND_MARGIN, 0.0, GROUND_MARGIN])
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     return np.minimum(low, [np.inf, floor, np.inf]), np.maximum(high, [-np.inf, floor, -np.inf])
-
-
-def _without_islands(joined: Ground, walkable: np.ndarray) -> np.ndarray:
-    """The walkable places (N,) less the small parts that nothing leads to; the largest part always stays."""
-    pairs = [np.zeros((0, 2), dtype=np.int64)]
-    for direction in (0, 1):
-        target = joined.links[direction]
-        here = np.flatnonzero((target >= 0) & walkable & walkable[target])
-        pairs.append(np.stack([here, target[here]], axis=1))
-    label = _connected(len(walkable), np.concatenate(pairs))
-    size = np.bincount(label[walkable], minlength=1)
-    enough = min(SMALLEST_ISLAND / joined.grid.cell**2, size.max())
-    return walkable & (np.bincount(label[walkable], minlength=label.max(initial=0) + 1)[label] >= enough)
-
-
-def _connected(count: int, pairs: np.ndarray) -> np.ndarray:
-    """Labels (count,) of the parts that pairs (K, 2) connect."""
-    links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), tuple(pairs.T)), shape=(count, count))
-    return csgraph.connected_components(links, directed=False)[1]

@@ -20,8 +20,8 @@ COMFORT = 0.10
 """Metres of room beyond the character's radius that corners are given where there is space."""
 STAND_OFF = 0.6
 """Metres in front of the pelvis' goal at which the character stops and turns."""
-REACH = 1.3
-"""Metres from the goal within which the character can still begin to sit or lie down."""
+REACH, REACH_LYING = 1.3, 2.0
+"""Metres from the goal within which the character can still begin to sit, or to lie down on a wide bed."""
 BEHIND = 0.5
 """Metres that a place straight behind a seat counts as farther away than one straight in front."""
 WALL = (1.1, 1.6)
@@ -70,17 +70,20 @@ def plan_to_goal(
     start: np.ndarray,
     goal: Goal,
     stand_off: float = STAND_OFF,
-    reach: float = REACH,
+    reach: float | None = None,
     tolerance: float = TOLERANCE,
     comfort: float = COMFORT,
 ) -> Path:
     """The way from start (3,) to a place from which the character can sit or lie down on the goal.
 
     That is ``stand_off`` metres in front of the goal, or the nearest walkable place to it within ``reach``
-    metres of the goal that no wall parts from it. PathError where there is none.
+    metres of the goal (left out: 1.3, or 2 to lie down) that no wall parts from it. PathError where there
+    is none.
     """
     begin = _on_mesh(mesh, start, tolerance, "start")
     island = int(mesh.island_of(mesh.ground.at(begin)))
+    if reach is None:
+        reach = REACH_LYING if goal.action == "lie" else REACH
     approach = _approaches(mesh, goal, stand_off, reach)
     if len(approach) == 0:
         raise PathError(
@@ -134,7 +137,7 @@ def _walled_off(mesh: NavMesh, points: np.ndarray, goal: np.ndarray) -> np.ndarr
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
     grid, solid = mesh.ground.grid, mesh.solid
-    share = np.linspace(0, 1, int(np.ceil(2 * REACH / grid.cell)))[:, None]
+    share = np.linspace(0, 1, int(np.ceil(2 * REACH_LYING / grid.cell)))[:, None]
     x, z = (
         ((points[:, k] * (1 - share) + goal[k] * share - grid.corner[k]) / grid.cell).astype(int)
         for k in (0, 2)
