@@ -147,7 +147,7 @@ def portals(ground: Ground, rectangles: Rectangles) -> Portals:
         here, there = here[order], there[order]
         key = np.stack([owner[here], owner[there], line[here], place[here] - np.arange(len(here))])
         starts = np.flatnonzero(np.append(True, (key[:, 1:] != key[:, :-1]).any(axis=0))[: len(here)])
-        stops = np.append(starts[1:], len(here)) - 1
+        stops = np.append(starts[1:], len(here))[: len(starts)] - 1
         middle = (ground.points(here) + ground.points(there)) / 2
         rows.append(np.stack([owner[here[starts]], owner[there[starts]]], axis=1))
         ends.append(np.stack([middle[starts], middle[stops]], axis=1))
