@@ -76,7 +76,7 @@ def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
     points, owner = lattice.points_on(triangles, grid.cell * 0.7)
     x, y, z = points.T
     ix, iz = (x - grid.corner[0]) / grid.cell, (z - grid.corner[2]) / grid.cell
-    inside = (ix >= 0) & (iz >= 0) & (ix < grid.shape[0]) & (iz < grid.shape[1])
+    inside = (ix >= 0) & (iz >= 0) & (ix < grid.shape[0]) & (iz < grid.shape[1]) & (y >= grid.corner[1])
     column = ix[inside].astype(np.int64) * grid.shape[1] + iz[inside].astype(np.int64)
     level = ((y[inside] - grid.corner[1]) / grid.level).astype(np.int64)
     return _distinct(column, level, y[inside], even[owner[inside]], grid)
@@ -124,7 +124,11 @@ def standing_places(solid: Solid, grid: Grid, headroom: float) -> Places:
         return Places(*np.zeros((4, 0), dtype=np.int64), np.zeros(0))
     same = np.append(solid.column[1:] == solid.column[:-1], False)
     ceiling = np.where(same, np.append(solid.level[1:], 0), OPEN_SKY)
-    found = np.flatnonzero(_even(solid, grid) & (ceiling - solid.level > headroom / grid.level))
+    free = np.flatnonzero(ceiling - solid.level > headroom / grid.level)
+    even = _even(solid, grid)
+    doubtful = free[~even[free]]
+    even[doubtful] = _beside_even(solid, even, doubtful, grid)
+    found = free[even[free]]
     x, z = np.divmod(solid.column[found], grid.shape[1])
     return Places(x, z, solid.level[found], ceiling[found], solid.height[found])
 
@@ -136,3 +140,19 @@ def _even(solid: Solid, grid: Grid) -> np.ndarray:
         near = solid.level[back:] - solid.level[:-back] <= BUMP / grid.level
         even[back:] |= solid.flat[:-back] & near & (solid.column[back:] == solid.column[:-back])
     return even
+
+
+def _beside_even(solid: Solid, even: np.ndarray, chosen: np.ndarray, grid: Grid) -> np.ndarray:
+    """Flags (K,): even ground of the same height lies beside the chosen cells (K,).
+
+    At the edge of a stair the tread may cover so little of a column that only its riser was met there.
+    """
+    span = int(solid.level.max()) + 3
+    known = (solid.column * span + solid.level)[even]
+    found = np.zeros(len(chosen), dtype=bool)
+    for beside in (1, -1, grid.shape[1], -grid.shape[1]):
+        for above in (0, 1, -1):
+            key = (solid.column[chosen] + beside) * span + solid.level[chosen] + above
+            at = np.searchsorted(known, key)
+            found |= known[np.minimum(at, len(known) - 1)] == key if len(known) else False
+    return found

@@ -59,12 +59,12 @@ def _count_up(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def within(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The triangles (F', 3, 3), large ones cut up, over the rectangle from low to high (3,) in x, z."""
+    """The triangles (F', 3, 3) that meet the box from low to high (3,); those that stick out are cut up."""
     done, waiting = [], triangles
     while len(waiting):
-        least, most = waiting.min(axis=1)[:, [0, 2]], waiting.max(axis=1)[:, [0, 2]]
-        outside = (least > high[[0, 2]]).any(1) | (most < low[[0, 2]]).any(1)
-        crossing = (least < low[[0, 2]]).any(1) | (most > high[[0, 2]]).any(1)
+        least, most = waiting.min(axis=1), waiting.max(axis=1)
+        outside = (least > high).any(1) | (most < low).any(1)
+        crossing = (least < low).any(1) | (most > high).any(1)
         cut = ~outside & crossing & ((most - least).max(1) > 1.0)
         done.append(waiting[~outside & ~cut])
         waiting = _quartered(waiting[cut])

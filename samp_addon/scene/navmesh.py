@@ -132,15 +132,17 @@ def build(
     agent = agent or Agent()
     triangles = np.asarray(triangles, dtype=np.float64)
     cover = np.zeros((0, 3)) if cover is None else np.asarray(cover, dtype=np.float64).reshape(-1, 3)
-    laid = floor_height
+    box, laid = _box(triangles, cover, cell), floor_height
+    if box is not None:
+        triangles = lattice.within(triangles, *box)
     if laid is None:
         low, high = geometry.bounds(triangles)
-        grid, solid = _solid(triangles, low, high, cell, cover, agent)
+        grid, solid = _solid(triangles, low, high, box, cell, agent)
         places = heightfield.standing_places(solid, grid, agent.height)
         laid = None if _has_floor(places, solid, grid) else float(low[1])
     if laid is not None:
         low, high = _with_margin(triangles, cover, laid)
-        grid, solid = _solid(triangles, low, high, cell, cover, agent)
+        grid, solid = _solid(triangles, low, high, box, cell, agent)
         places = heightfield.standing_places(heightfield.with_ground(solid, grid, laid), grid, agent.height)
     joined = ground.join(
         grid, places, agent.step, agent.height, agent.slope, agent.radius, max(REACH, agent.radius)
@@ -179,20 +181,33 @@ def free_place(
     return position, towards + rng.uniform(-math.pi / 2, math.pi / 2)
 
 
+def _box(triangles: np.ndarray, cover: np.ndarray, cell: float) -> np.ndarray | None:
+    """Corners (2, 3) of the part of too large a scene that matters for ``cover``; None if all fits."""
+    if len(triangles) == 0 or len(cover) == 0:
+        return None
+    if _columns(*geometry.bounds(triangles), cell) <= MOST_COLUMNS:
+        return None
+    half = np.maximum(np.ptp(cover, axis=0) / 2 + DETOUR, math.sqrt(MOST_COLUMNS) * cell / 2)
+    middle = (cover.min(axis=0) + cover.max(axis=0)) / 2
+    return np.stack([middle - half, middle + half])
+
+
+def _columns(low: np.ndarray, high: np.ndarray, cell: float) -> float:
+    return float((high - low)[0] * (high - low)[2] / cell**2)
+
+
 def _solid(
-    triangles: np.ndarray, low: np.ndarray, high: np.ndarray, cell: float, cover: np.ndarray, agent: Agent
+    triangles: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    box: np.ndarray | None,
+    cell: float,
+    agent: Agent,
 ) -> tuple[Grid, heightfield.Solid]:
-    """The grid over a box and its solid cells; of too large a box the part around ``cover``, or coarser."""
-    most = math.sqrt(MOST_COLUMNS) * cell
-    columns = (high - low)[[0, 2]].prod() / cell**2
-    if columns > MOST_COLUMNS and len(cover):
-        middle = (cover.min(axis=0) + cover.max(axis=0)) / 2
-        half = np.maximum(np.ptp(cover, axis=0) / 2 + DETOUR, most / 2)
-        half[1] = np.inf
-        low, high = np.maximum(low, middle - half), np.minimum(high, middle + half)
-        triangles = lattice.within(triangles, low, high)
-        columns = (high - low)[[0, 2]].prod() / cell**2
-    cell *= math.sqrt(max(columns / MOST_COLUMNS, 1.0))
+    """The grid from low to high (3,), inside of the box, and its solid cells; too many cells grow larger."""
+    if box is not None:
+        low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
+    cell *= math.sqrt(max(_columns(low, high, cell) / MOST_COLUMNS, 1.0))
     grid = Grid.over(low, high, cell)
     return grid, heightfield.solid_cells(triangles, grid, agent.slope)
 
