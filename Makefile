@@ -4,7 +4,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 MODULE := samp_blender
 
-.PHONY: venv test demo bench evaluate package lint format
+.PHONY: venv test demo bench evaluate package lint format matrix
 
 venv: $(VENV)/ready
 
@@ -26,3 +26,29 @@ lint: venv
 format: venv
 	$(VENV)/bin/ruff check --fix .
 	$(VENV)/bin/ruff format .
+
+# Blender's own builder of extensions comes with the bpy wheel.
+BUILDER = $(firstword $(wildcard $(VENV)/lib/python3.11/site-packages/bpy/*/scripts/addons_core/bl_pkg/cli/blender_ext.py))
+
+package: venv
+	mkdir -p dist
+	rm -f dist/*.zip
+	$(PY) $(BUILDER) validate .
+	$(PY) $(BUILDER) build --source-dir . --output-dir dist
+	for zip in dist/*.zip; do $(PY) $(BUILDER) validate $$zip || exit 1; done
+
+# The tests that meet Blender, on its older versions; torch and the rest are those of the one environment.
+BLENDERS := 4.5.15 4.2.23
+MATRIX_TESTS ?= tests
+
+matrix: $(BLENDERS:%=matrix-%)
+
+.PRECIOUS: .venv-%/ready
+.venv-%/ready: $(VENV)/ready
+	$(PYTHON) -m venv .venv-$*
+	.venv-$*/bin/python -m pip install -q --disable-pip-version-check --no-deps bpy==$*
+	echo "import site; site.addsitedir('$(CURDIR)/$(VENV)/lib/python3.11/site-packages')" > .venv-$*/lib/python3.11/site-packages/shared.pth
+	touch $@
+
+matrix-%: .venv-%/ready
+	.venv-$*/bin/python -m pytest $(MATRIX_TESTS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 from bpy.props import IntProperty, StringProperty
 
-from ..samp_addon.blender import takes
 from . import outcome
 
 
@@ -26,6 +25,8 @@ class SAMP_OT_bake(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
+        from ..samp_addon.blender import takes
+
         return takes.can_bake(context, cls.poll_message_set)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -36,6 +37,8 @@ class SAMP_OT_bake(bpy.types.Operator):
         return outcome.run(self, lambda: self._bake(context))
 
     def _bake(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import takes
+
         path = bpy.path.abspath(self.filepath)
         armature, action = takes.bake_file(context, path, self.character, self.action_name, self.frame_start)
         first, last = (int(frame) for frame in action.frame_range)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
 
-from ..samp_addon.blender import character
 from . import outcome
 
 
@@ -56,6 +55,8 @@ class SAMP_OT_create_character(bpy.types.Operator):
         return outcome.run(self, lambda: self._create(context))
 
     def _create(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import character
+
         shapes = {name: getattr(self, name) for name in self.SHAPES}
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
         return f"Created '{made.name}'."

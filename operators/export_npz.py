@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 from bpy.props import StringProperty
 
-from ..samp_addon.blender import takes
 from . import outcome
 
 
@@ -25,6 +24,8 @@ class SAMP_OT_export_npz(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
+        from ..samp_addon.blender import takes
+
         return takes.can_bake(context, cls.poll_message_set)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -36,5 +37,7 @@ class SAMP_OT_export_npz(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import takes
+
         path = takes.export_file(context, bpy.path.abspath(self.filepath), self.character, self.action_name)
         return f"Wrote '{path}'."

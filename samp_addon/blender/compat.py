@@ -97,6 +97,14 @@ def new_shape_key(mesh: bpy.types.Object, name: str, value: float = 0.0) -> bpy.
     return key
 
 
+def new_node_material(name: str) -> bpy.types.Material:
+    """A material with shader nodes; from Blender 5 on every material has them."""
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    return material
+
+
 def import_fbx(filepath: str) -> None:
     """Imports an FBX file: the built-in importer of Blender 4.5 and later, or the older add-on."""
     if "fbx_import" in dir(bpy.ops.wm):

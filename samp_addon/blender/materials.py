@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..body.human import MATERIALS
+from . import compat
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,7 @@ def _material(part: str) -> bpy.types.Material:
     if known is not None and known.library is None:
         return known
     look = LOOKS[part]
-    material = bpy.data.materials.new(name)
-    if not material.use_nodes:
-        material.use_nodes = True
+    material = compat.new_node_material(name)
     shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     shader.inputs["Base Color"].default_value = (*look.colour, 1.0)
     shader.inputs["Roughness"].default_value = look.roughness
