@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from ..samp_addon.blender import goals
 from . import outcome
 
 
@@ -40,6 +39,8 @@ class SAMP_OT_sample_goals(bpy.types.Operator):
         return outcome.run(self, lambda: self._sample(context))
 
     def _sample(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import goals
+
         target = self.target or goals.active_target(context)
         made = goals.sample_goals(context, target, self.action, self.count, self.seed)
         return f"Placed {len(made)} goal{'s' if len(made) > 1 else ''} on '{target}'."
