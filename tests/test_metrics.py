@@ -175,16 +175,17 @@ def test_under_the_floor():
     assert sunk["penetration_max_cm"] == pytest.approx(3, abs=0.2)
 
 
-def test_long_walks_are_measured_in_parts():
-    """More cells than one grid may hold; the wall is met in the last third."""
+def test_a_wall_met_on_a_long_walk():
+    """Frames are measured in parts; only those at the wall are deep, and none is lost."""
     walk = standing(4, (0, FLOOR, 0), speed=1.5)
-    wall = box((-1, 0, 5), (1, 2, 5.1))
-    whole, _ = collision.body_depth(walk, wall)
-    parts, _ = collision.body_depth(walk, wall, largest=300_000)
-    # The grids' cells lie differently: that shows in vertices less deep than a cell, and in no others.
-    deep = np.maximum(parts, whole) > collision.PITCH
-    np.testing.assert_allclose(parts[deep], whole[deep], atol=1e-9)
-    assert whole.max() > 0.04
+    depth, touching = collision.body_depth(walk, box((-1, 0, 5), (1, 2, 5.4)))
+    assert depth.shape == touching.shape == (121, 2048)
+    at_wall = np.flatnonzero(depth.max(1) > 0.05)
+    place = walk.root[at_wall, 2]
+    assert 4.6 < place.min() < 5.0
+    assert 5.4 < place.max() < 5.8
+    assert len(at_wall) == at_wall[-1] - at_wall[0] + 1
+    assert depth.max() == pytest.approx(0.2, abs=0.02)
 
 
 def test_exact_distance():

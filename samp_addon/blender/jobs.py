@@ -93,24 +93,20 @@ def write(
     """
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
-    made: list = []
+    undo = _Undo(context)
+    written, variants = [], []
     try:
-        owner = plan.owner
-        if owner is None:
-            owner = _new_character(context, takes[0])
-            made.append(owner)
-        variants = []
+        owner = plan.owner or _new_character(context, takes[0])
         for count, take in enumerate(takes):
             progress("Writing keyframes", count / len(takes))
             action = actions.write_motion(
                 owner, take.motion, _name(plan.job, take), context.scene.frame_start, context.scene, False
             )
-            made.append(action)
+            written.append(action)
             variants.append(_report(context, plan, owner, action, take))
     except BaseException:
-        _remove(made)
+        undo()
         raise
-    written = [thing for thing in made if isinstance(thing, bpy.types.Action)]
     actions.activate_action(owner, written[0])
     return Result(owner, written, variants, list(failures))
 
@@ -197,12 +193,22 @@ def _rounded(value: object) -> object:
     return np.round(np.asarray(value, dtype=np.float64), 6).tolist()
 
 
-def _remove(things: Sequence) -> None:
-    """Takes away Actions, and a character with its meshes, that a failed job had made."""
-    for thing in reversed(things):
-        if isinstance(thing, bpy.types.Action):
-            bpy.data.actions.remove(thing)
-            continue
-        for child in thing.children:
-            bpy.data.meshes.remove(child.data)
-        bpy.data.armatures.remove(thing.data)
+class _Undo:
+    """Takes away what was made since, and puts the selection back: for a job that stops half-way."""
+
+    KINDS = ("actions", "objects", "meshes", "armatures", "materials", "collections")
+
+    def __init__(self, context: bpy.types.Context) -> None:
+        self.layer = context.view_layer
+        self.active = self.layer.objects.active
+        self.selected = list(context.selected_objects)
+        self.present = {kind: set(getattr(bpy.data, kind)) for kind in self.KINDS}
+
+    def __call__(self) -> None:
+        for kind in self.KINDS:
+            data = getattr(bpy.data, kind)
+            for made in set(data) - self.present[kind]:
+                data.remove(made)
+        for thing in self.selected:
+            thing.select_set(True)
+        self.layer.objects.active = self.active

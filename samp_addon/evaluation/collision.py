@@ -7,9 +7,11 @@ so a place counts as inside where more than half of the six ways out say so. The
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from ..body import human
@@ -23,9 +25,37 @@ CONTACT_DISTANCE = 0.01
 DEPTHS = (0.02, 0.05)
 _ROUNDING = 1e-5  # metres; soles that stand on the floor are not under it
 _WAYS = 6
-_LARGEST_GRID = 20_000_000
 _SPACING = 0.02
 """Metres between the surface samples that find the closest triangles."""
+
+_CHUNK_SECONDS = 0.5
+_MARGIN = 0.1
+
+
+def _counts(triangles: np.ndarray, low: np.ndarray, shape: np.ndarray) -> Iterator[np.ndarray]:
+    """For each of the six ways how many more surfaces are left than entered from each cell: (X, Y, Z)."""
+    for axis in range(3):
+        crossings = _crossings(triangles, low, shape, axis)
+        onwards = np.flip(np.cumsum(np.flip(crossings, axis), axis, dtype=np.int16), axis)
+        ahead = np.delete(onwards, 0, axis)  # those beyond a cell
+        yield ahead
+        yield ahead - np.take(onwards, [0], axis)  # minus those before it
+
+
+def _grid_over(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corner (3,) and shape (3,) of a grid of cells that holds points (N, 3)."""
+    low = points.min(0) - _MARGIN
+    return low, np.ceil((points.max(0) + _MARGIN - low) / PITCH).astype(int)
+
+
+def free_counts(triangles: np.ndarray, free: np.ndarray) -> list[int]:
+    """What each of the six ways counts at places (N, 3) most of which are outside of all solids.
+
+    What stands between them and the sky (walls of one sheet, a room modelled as a box) is no solid.
+    """
+    low, shape = _grid_over(free)
+    places = tuple(np.floor((free - low) / PITCH).astype(int).T)
+    return [int(np.median(way[places])) for way in _counts(triangles, low, shape)]
 
 
 @dataclass(frozen=True)
@@ -36,31 +66,17 @@ class SolidGrid:
     solid: np.ndarray
 
     @classmethod
-    def build(cls, triangles: np.ndarray, low: np.ndarray, high: np.ndarray, free: np.ndarray) -> SolidGrid:
-        """Of triangles (F, 3, 3) in the box from low (3,) to high (3,). Surfaces outside the box count too.
-
-        free: (N, 3) places in the box most of which are outside all solids, such as the body's vertices.
-        What stands between them and the sky (walls of one sheet, a room modelled as a box) is no solid.
-        """
-        shape = np.maximum(np.ceil((high - low) / PITCH).astype(int), 1)
-        places = tuple(np.clip(np.floor((free - low) / PITCH).astype(int), 0, shape - 1).T)
+    def build(cls, triangles: np.ndarray, points: np.ndarray, free: Sequence[int]) -> SolidGrid:
+        """Of triangles (F, 3, 3) around points (N, 3); free: see free_counts."""
+        low, shape = _grid_over(points)
         votes = np.zeros(shape, np.int8)
-        for axis in range(3):
-            crossings = _crossings(triangles, low, shape, axis)
-            onwards = np.flip(np.cumsum(np.flip(crossings, axis), axis, dtype=np.int16), axis)
-            ahead = np.delete(onwards, 0, axis)  # surfaces left over beyond a cell
-            behind = ahead - np.take(onwards, [0], axis)  # minus those before it
-            for way in (ahead, behind):
-                votes += np.clip(way - int(np.median(way[places])), 0, 1).astype(np.int8)
-        return cls(np.asarray(low, float), votes > _WAYS // 2)
+        for way, outside in zip(_counts(triangles, low, shape), free, strict=True):
+            votes += way > outside
+        return cls(low, votes > _WAYS // 2)
 
     def inside(self, points: np.ndarray) -> np.ndarray:
-        """Flags (N,) of points (N, 3); outside the box is outside."""
-        cell = np.floor((points - self.low) / PITCH).astype(np.int64)
-        within = ((cell >= 0) & (cell < self.solid.shape)).all(-1)
-        result = np.zeros(len(points), bool)
-        result[within] = self.solid[tuple(cell[within].T)]
-        return result
+        """Flags (N,) of points (N, 3) in the box."""
+        return self.solid[tuple(np.floor((points - self.low) / PITCH).astype(np.int64).T)]
 
 
 def _crossings(triangles: np.ndarray, low: np.ndarray, shape: np.ndarray, axis: int) -> np.ndarray:
@@ -69,6 +85,9 @@ def _crossings(triangles: np.ndarray, low: np.ndarray, shape: np.ndarray, axis: 
     Shape (X, Y, Z) with one more along the axis: entry k counts the crossings between middles k - 1 and k.
     """
     u, v = (axis + 1) % 3, (axis + 2) % 3
+    reach = low + (shape - 1) * PITCH
+    across = ((triangles.max(1) >= low) & (triangles.min(1) <= reach + PITCH))[:, [u, v]].all(1)
+    triangles = triangles[across]
     flat = (triangles[:, :, [u, v]] - low[[u, v]]) / PITCH - 0.5  # cell middles at whole numbers
     first = np.maximum(np.ceil(flat.min(1)).astype(np.int64), 0)
     last = np.minimum(np.floor(flat.max(1)).astype(np.int64), shape[[u, v]] - 1)
@@ -114,8 +133,9 @@ class Surface:
     def __init__(self, triangles: np.ndarray) -> None:
         area = np.linalg.norm(area_vectors(triangles), axis=-1)
         count = int(np.clip(area.sum() / _SPACING**2, 1000, 2_000_000))
-        points, self._owners = spread_over_surface(triangles, count, area)
-        self._tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+        self._samples, self._owners = spread_over_surface(triangles, count, area)
+        self._columns = np.ascontiguousarray(self._samples.T)
+        self._tree = cKDTree(self._samples, balanced_tree=False, compact_nodes=False)
         self._triangles = triangles
 
     def distance(self, points: np.ndarray, neighbours: int = 4, reach: float = np.inf) -> np.ndarray:
@@ -130,6 +150,19 @@ class Surface:
             result[rows] = np.minimum(result[rows], gap)
         return np.where(result <= reach, result, np.inf)
 
+    def candidates(self, points: np.ndarray) -> np.ndarray:
+        """Flags (N,) of points (N, 3) among which all are that come within a contact's distance; quick."""
+        low, cell = points.min(0) - _MARGIN, 2 * _SPACING
+        shape = np.ceil((points.max(0) + _MARGIN - low) / cell).astype(int)
+        high = low + shape * cell
+        within = np.ones(len(self._samples), bool)
+        for k, column in enumerate(self._columns):  # numpy reduces a short last axis slowly
+            within &= (column >= low[k]) & (column < high[k])
+        marked = np.zeros(shape, bool)
+        marked[tuple(np.floor((self._samples[within] - low) / cell).astype(np.int64).T)] = True
+        marked = ndimage.binary_dilation(marked, np.ones((3, 3, 3), bool))
+        return marked[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
+
 
 def near_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Triangles that come into the box from low (3,) to high (3,)."""
@@ -137,24 +170,20 @@ def near_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.nda
 
 
 def body_depth(
-    motion: Motion,
-    triangles: np.ndarray,
-    floor: float | None = None,
-    stride: int = 1,
-    largest: int = _LARGEST_GRID,
-    body: human.Human | None = None,
+    motion: Motion, triangles: np.ndarray, floor: float | None = None, body: human.Human | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """How deep the body's 2048 collision vertices lie inside the scene, and which touch it.
 
-    triangles: (F, 3, 3) of the scene. floor: height under which all is solid, or None. stride: only each
-    stride-th frame. largest: cells of one grid; longer ways are measured in parts. Returns depth (T', 2048)
-    in metres, 0 outside, and touching (T', 2048): flags of vertices less than 1 cm from a surface, or inside.
+    triangles: (F, 3, 3) of the scene. floor: height under which all is solid, or None. The body of the first
+    frame counts as outside of all. Returns depth (T, 2048) in metres, 0 outside, and touching (T, 2048):
+    flags of vertices less than 1 cm from a surface, or inside.
     """
     body = body or human.load()
-    vertices = human.skin(body, motion, body.collision)[::stride].astype(np.float64)
+    vertices = human.skin(body, motion, body.collision).astype(np.float64)
     triangles = np.asarray(triangles, dtype=np.float64)
-    parts = [_chunk_depth(vertices[chunk], triangles) for chunk in _chunks(vertices, largest)]
-    depth, touching = (np.concatenate(both) for both in zip(*parts, strict=True))
+    if floor is not None:
+        triangles = triangles[np.abs(triangles[..., 1] - floor).max(1) > CONTACT_DISTANCE]
+    depth, touching = _depth_in(vertices, triangles, max(int(_CHUNK_SECONDS * motion.fps), 1))
     if floor is not None:
         under = floor - vertices[..., 1]
         depth = np.maximum(depth, np.maximum(under, 0.0))
@@ -163,15 +192,11 @@ def body_depth(
 
 
 def measures(
-    motion: Motion,
-    triangles: np.ndarray,
-    floor: float | None = None,
-    stride: int = 1,
-    body: human.Human | None = None,
+    motion: Motion, triangles: np.ndarray, floor: float | None = None, body: human.Human | None = None
 ) -> dict[str, float]:
     """Penetration: % of frames with a vertex deeper than 2 and 5 cm, mean and largest of the frames' depths
     in cm; non-collision: share of vertices outside, mean over frames; contact: share of frames that touch."""
-    depth, touching = body_depth(motion, triangles, floor, stride, body=body)
+    depth, touching = body_depth(motion, triangles, floor, body)
     deepest = depth.max(1)
     numbers = {
         f"penetration_{limit * 100:.0f}cm_percent": float((deepest > limit).mean() * 100) for limit in DEPTHS
@@ -183,30 +208,23 @@ def measures(
     return numbers
 
 
-def _chunks(vertices: np.ndarray, largest: int) -> list[slice]:
-    """Slices of frames whose boxes hold no more than so many cells each, as far as frames can be parted."""
-    waiting, done = [slice(0, len(vertices))], []
-    while waiting:
-        part = waiting.pop()
-        cells = np.prod(np.ptp(vertices[part].reshape(-1, 3), axis=0) / PITCH)
-        middle = (part.start + part.stop) // 2
-        if cells > largest and middle > part.start:
-            waiting += [slice(middle, part.stop), slice(part.start, middle)]
-        else:
-            done.append(part)
-    return done
-
-
-def _chunk_depth(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and touch flags (T', V) of vertices (T', V, 3)."""
-    points = vertices.reshape(-1, 3)
-    depth, touching = np.zeros(len(points)), np.zeros(len(points), bool)
-    low, high = points.min(0) - 0.1, points.max(0) + 0.1
+def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and touch flags (T, V) of vertices (T, V, 3), by chunks of frames: their boxes are small."""
+    depth, touching = np.zeros(vertices.shape[:2]), np.zeros(vertices.shape[:2], bool)
+    low, high = vertices.min((0, 1)) - _MARGIN, vertices.max((0, 1)) + _MARGIN
     close = near_box(triangles, low, high)
-    if len(close):
-        inside = SolidGrid.build(triangles, low, high, points).inside(points)
-        surface = Surface(close)
-        depth[inside] = surface.distance(points[inside])
-        touching[~inside] = np.isfinite(surface.distance(points[~inside], 2, CONTACT_DISTANCE))
-        touching |= inside
-    return depth.reshape(vertices.shape[:2]), touching.reshape(vertices.shape[:2])
+    if not len(close):
+        return depth, touching
+    surface, free = Surface(close), free_counts(triangles, vertices[0])
+    for start in range(0, len(vertices), chunk):
+        part = slice(start, start + chunk)
+        points = vertices[part].reshape(-1, 3)
+        if not len(near_box(close, points.min(0) - _MARGIN, points.max(0) + _MARGIN)):
+            continue
+        inside = SolidGrid.build(triangles, points, free).inside(points)
+        deep, touch = np.zeros(len(points)), inside.copy()
+        deep[inside] = surface.distance(points[inside])
+        near = np.flatnonzero(~inside & surface.candidates(points))
+        touch[near] = np.isfinite(surface.distance(points[near], 2, CONTACT_DISTANCE))
+        depth[part], touching[part] = deep.reshape(-1, depth.shape[1]), touch.reshape(-1, depth.shape[1])
+    return depth, touching
