@@ -142,15 +142,16 @@ def _open(order: Order) -> None:
 
 def _save(path: Path) -> Path:
     """Writes the open file as .blend beside its place and moves it there: it is whole or not there at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.stem}.{os.getpid()}.part.blend")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
         part.replace(path)
     except (RuntimeError, OSError) as error:
         raise SampError(f"'{path}' cannot be written ({error}); choose another --output.") from error
     finally:
-        part.unlink(missing_ok=True)
+        if part.is_file():
+            part.unlink()
     return path
 
 
