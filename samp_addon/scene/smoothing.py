@@ -13,6 +13,9 @@ from .navmesh import NavMesh
 BEND = 0.06
 """Metres by which the ground may leave the straight line between two way-points."""
 
+LONGER = 0.02
+"""Share of its length that a path may grow by to keep away from corners."""
+
 
 def visible(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> bool:
     """Whether the straight line between two points (3,) on the ground stays on walkable ground."""
@@ -70,15 +73,25 @@ def shortened(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
 
 
 def given_room(mesh: NavMesh, corners: np.ndarray, comfort: float) -> np.ndarray:
-    """The corners moved away from what they pass, by up to ``comfort`` metres more than the radius."""
+    """The corners moved away from what they pass, by up to ``comfort`` metres more than the radius.
+
+    Together that makes the path no more than ``LONGER`` longer.
+    """
     corners = corners.copy()
+    budget = LONGER * np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()
     for k in range(1, len(corners) - 1):
         before, after = corners[k - 1], corners[k + 1]
         for place in _roomier_places(mesh, corners[k], comfort):
-            if visible(mesh, before, place) and visible(mesh, place, after):
+            longer = _detour(before, place, after) - _detour(before, corners[k], after)
+            if longer <= budget and visible(mesh, before, place) and visible(mesh, place, after):
                 corners[k] = place
+                budget -= longer
                 break
     return corners
+
+
+def _detour(before: np.ndarray, place: np.ndarray, after: np.ndarray) -> float:
+    return float(np.linalg.norm(place - before) + np.linalg.norm(after - place))
 
 
 def _roomier_places(mesh: NavMesh, corner: np.ndarray, comfort: float) -> np.ndarray:
