@@ -8,8 +8,12 @@ import importlib
 # it is used, not when it is registered: Blender starts no slower for having it.
 OPERATORS = (
     "create_character",
+    "sit_here",
+    "lie_here",
+    "walk_here",
     "sample_goals",
     "bake",
+    "measure",
     "export_npz",
 )
 

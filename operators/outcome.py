@@ -9,12 +9,18 @@ import bpy
 from ..samp_addon.errors import SampError
 
 
-def run(operator: bpy.types.Operator, work: Callable[[], str]) -> set[str]:
-    """Does the work and reports the sentence it returns, or, for the artist to mend, the one it raises."""
+def run(
+    operator: bpy.types.Operator, work: Callable[[], str], finished: set[str] = frozenset({"FINISHED"})
+) -> set[str]:
+    """Does the work and reports the sentence it returns, or, for the artist to mend, the one it raises.
+
+    finished: what the operator returns if all went well. An empty sentence is not reported.
+    """
     try:
         message = work()
     except SampError as error:
         operator.report({"ERROR"}, str(error))
         return {"CANCELLED"}
-    operator.report({"INFO"}, message)
-    return {"FINISHED"}
+    if message:
+        operator.report({"INFO"}, message)
+    return set(finished)

@@ -19,7 +19,7 @@ from ..evaluation import metrics
 from ..job import Job
 from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
-from . import actions, armature, character, read_scene
+from . import actions, armature, character, measuring, read_scene
 from . import goals as arrows
 
 SCHEMA_VERSION = 1
@@ -63,7 +63,8 @@ def run(
 def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
     """All that the job needs of the scene. new_character: if none is named, make one even if one is there."""
     owner = _owner(context, job, new_character)
-    exclude = [] if owner is None else [owner]
+    # Characters move: where another one stands now is no obstacle.
+    exclude = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
     scene = read_scene.read_scene(context, exclude)
     target, goals = None, ()
     if job.target:
@@ -103,12 +104,23 @@ def write(
                 owner, take.motion, _name(plan.job, take), context.scene.frame_start, context.scene, False
             )
             written.append(action)
+            measuring.remember_goal(action, take.goal)
             variants.append(_report(context, plan, owner, action, take))
     except BaseException:
         undo()
         raise
     actions.activate_action(owner, written[0])
     return Result(owner, written, variants, list(failures))
+
+
+def sentence(result: Result) -> str:
+    """What the artist is told of a job that is done."""
+    names = ", ".join(f"'{variant['action_name']}'" for variant in result.variants)
+    last = max(variant["frame_end"] for variant in result.variants)
+    told = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
+    if result.failures:
+        told += f" {len(result.failures)} failed: {result.failures[0].message}"
+    return told
 
 
 def report(variants: Sequence[dict] = (), errors: Sequence[dict] = ()) -> dict:
@@ -121,7 +133,8 @@ def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.typ
         return armature.find(context, job.character)
     if new_character or not any(armature.is_smplx(obj) for obj in context.scene.objects):
         return None
-    return armature.find(context)
+    selected = [obj for obj in context.selected_objects if armature.is_smplx(obj)]
+    return selected[0] if len(selected) == 1 else armature.find(context)
 
 
 def _start(job: Job, owner: bpy.types.Object | None) -> tuple[np.ndarray, float] | None:

@@ -1,0 +1,25 @@
+"""Lie Here: the character walks to the furniture and lies down."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+from .job_operator import JobOperator
+
+if TYPE_CHECKING:
+    from ..samp_addon.job import Job
+
+
+class SAMP_OT_lie_here(JobOperator, bpy.types.Operator):
+    """Walk around the furniture to the selected one and lie down, as a new Action"""
+
+    bl_idname = "samp.lie_here"
+    bl_label = "Lie Here"
+
+    def job(self, context: bpy.types.Context) -> Job:
+        from ..samp_addon.blender import targets
+        from ..samp_addon.job import Job
+
+        return Job(action="lie", target=self.target or targets.clicked_target(context), **self.common())

@@ -1,0 +1,42 @@
+"""Walk Here: the character walks or runs to a place."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import bpy
+from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty
+
+from .job_operator import JobOperator
+
+if TYPE_CHECKING:
+    from ..samp_addon.job import Job
+
+
+class SAMP_OT_walk_here(JobOperator, bpy.types.Operator):
+    """Walk around the furniture to the 3D cursor, as a new Action"""
+
+    bl_idname = "samp.walk_here"
+    bl_label = "Walk Here"
+
+    location: FloatVectorProperty(
+        name="Location", description="Where to go, if no target is named", subtype="TRANSLATION", size=3
+    )
+    use_yaw: BoolProperty(name="Own Facing", description="Face a direction at the end")
+    yaw: FloatProperty(
+        name="Facing", description="Turn to the left from facing -Y, seen from above", subtype="ANGLE"
+    )
+    run: BoolProperty(name="Run", description="Run there")
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if not self.properties.is_property_set("location"):
+            self.location = context.scene.cursor.location
+        return super().invoke(context, event)
+
+    def job(self, context: bpy.types.Context) -> Job:
+        from ..samp_addon.job import Job
+
+        facing = (math.degrees(self.yaw),) if self.use_yaw else ()
+        place = None if self.target else (*self.location, *facing)
+        return Job(action="run" if self.run else "walk", target=self.target, to=place, **self.common())
