@@ -93,7 +93,9 @@ class MotionNet(nn.Module):
         """The object's features (B, 2048), normalised."""
         return (features - self.object_mean) / self.object_std
 
-    def encode(self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def encode(
+        self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
         """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I). x, y: states (B, 647); all normalised."""
         code = self.interaction_encoder(features)
         h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code], -1)
@@ -106,5 +108,7 @@ class MotionNet(nn.Module):
 
         x: (B, 647) as state.py lays it out; features: (B, 2048) of the object; neither normalised. z: (B, 64).
         """
-        y = self.decoder(z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights)
+        y = self.decoder(
+            z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights
+        )
         return y * self.target_std + self.target_mean

@@ -34,7 +34,9 @@ class Motion:
     def __post_init__(self) -> None:
         frames = len(self.root)
         if self.root.shape != (frames, 3) or self.rotations.ndim != 3 or self.rotations.shape[0] != frames:
-            raise ValueError(f"root {self.root.shape} and rotations {self.rotations.shape} do not belong together")
+            raise ValueError(
+                f"root {self.root.shape} and rotations {self.rotations.shape} do not belong together"
+            )
 
     def __len__(self) -> int:
         return len(self.root)
@@ -71,7 +73,10 @@ class Motion:
 
 @dataclass(frozen=True)
 class Goal:
-    """Where the pelvis shall end. position: (3,) pelvis joint, metres; direction: (3,) unit, horizontal; network frame."""
+    """Where the pelvis shall end, in the network frame.
+
+    position: (3,) of the pelvis joint, metres; direction: (3,) unit, horizontal.
+    """
 
     position: np.ndarray
     direction: np.ndarray

@@ -14,7 +14,9 @@ BODY_JOINTS = (
     "spine3", "left_foot", "right_foot", "neck", "left_collar", "right_collar", "head", "left_shoulder",
     "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist",
 )  # fmt: skip
-_FINGERS = tuple(f"{finger}{k}" for finger in ("index", "middle", "pinky", "ring", "thumb") for k in (1, 2, 3))
+_FINGERS = tuple(
+    f"{finger}{k}" for finger in ("index", "middle", "pinky", "ring", "thumb") for k in (1, 2, 3)
+)
 JOINTS = (
     BODY_JOINTS
     + ("jaw", "left_eye_smplhf", "right_eye_smplhf")
@@ -49,7 +51,12 @@ def default_rest_joints() -> np.ndarray:
 def mirror_joints() -> np.ndarray:
     """For each of the 22 body joints, the index of its left-right twin (22,)."""
     swap = {"left": "right", "right": "left"}
-    return np.array([INDEX["_".join([swap.get(n.split("_")[0], n.split("_")[0]), *n.split("_")[1:]])] for n in BODY_JOINTS])
+    return np.array(
+        [
+            INDEX["_".join([swap.get(n.split("_")[0], n.split("_")[0]), *n.split("_")[1:]])]
+            for n in BODY_JOINTS
+        ]
+    )
 
 
 def forward_kinematics(

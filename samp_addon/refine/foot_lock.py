@@ -59,7 +59,9 @@ def sole_points(
     forward /= np.linalg.norm(forward)
     down = rest_joints[ball][1] - BALL_HEIGHT - rest_joints[ankle][1]
     heel = np.array([0.0, down, 0.0]) - HEEL_BACK * forward
-    heel_world = positions[:, ankle] + rotation.rotate(globals_[:, ankle], np.broadcast_to(heel, positions[:, ankle].shape))
+    heel_world = positions[:, ankle] + rotation.rotate(
+        globals_[:, ankle], np.broadcast_to(heel, positions[:, ankle].shape)
+    )
     return heel_world, positions[:, ball] - np.array([0.0, BALL_HEIGHT, 0.0])
 
 
@@ -148,7 +150,9 @@ def _pelvis_drop(motion: Motion, positions: np.ndarray, plans: list) -> np.ndarr
     drop = np.zeros(len(motion))
     for foot, offset, standing in plans:
         knee = skeleton.INDEX[f"{foot.side}_knee"]
-        reach = STRETCH * (np.linalg.norm(rest[knee] - rest[foot.hip]) + np.linalg.norm(rest[foot.ankle] - rest[knee]))
+        reach = STRETCH * (
+            np.linalg.norm(rest[knee] - rest[foot.hip]) + np.linalg.norm(rest[foot.ankle] - rest[knee])
+        )
         away = positions[:, foot.hip] - (positions[:, foot.ankle] + offset)
         flat = np.linalg.norm(away[:, [0, 2]], axis=-1)
         need = away[:, 1] - np.sqrt(np.maximum(reach**2 - flat**2, 0.0))

@@ -48,7 +48,12 @@ def solve_limb(
 
 
 def _bend(
-    axis: np.ndarray, reach: np.ndarray, upper: float, lower: float, old_middle: np.ndarray, old_end: np.ndarray
+    axis: np.ndarray,
+    reach: np.ndarray,
+    upper: float,
+    lower: float,
+    old_middle: np.ndarray,
+    old_end: np.ndarray,
 ) -> np.ndarray:
     """The middle joint (T, 3), from the limb's start, on the side of the axis where it was before."""
     cosine = np.clip((upper**2 + reach**2 - lower**2) / (2 * upper * reach), -1, 1)

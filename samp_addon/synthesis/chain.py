@@ -34,6 +34,9 @@ SURROUNDINGS = 1.0
 STAND_OFF = 0.5
 """Metres between an object and who stands in front of it."""
 
+MOST_AT_ONCE = 32
+"""Takes in one batch."""
+
 ATTEMPTS = 3
 """A take that fails is tried again with other noise and, another place on the target."""
 
@@ -88,7 +91,7 @@ class Tools:
     """
 
     sample_goals: Callable[[np.ndarray, str, int, int, np.ndarray], Sequence[Goal]]
-    generate: Callable[[Request], Sequence[Motion | SampError]]
+    generate: Callable[[Sequence[Request], Callable[[float], None]], Sequence[Motion | SampError]]
 
 
 def networks() -> Tools:
@@ -129,7 +132,7 @@ def synthesise(
 ) -> tuple[list[Take], list[Failure]]:
     """The job's takes, and why others failed. Raises SampError where no take can be made at all.
 
-    Each seed is worked out by itself, so that it gives the same take however many others are asked for.
+    All takes are rolled out as one batch; those that fail are tried again together.
     """
     clock = Clock()
     progress("Loading", 0.0)
@@ -138,14 +141,31 @@ def synthesise(
     progress("Finding the floor", 0.0)
     with clock.stage("navmesh"):
         chain = _Chain(job, situation, tools, _navmesh(situation))
-    takes, failures = [], []
-    for count, seed in enumerate(job.seeds):
-        tick = lambda stage, share, done=count: progress(stage, (done + share) / job.variants)
-        try:
-            takes.append(chain.take(seed, tick, clock.seconds if count == 0 else {}))
-        except SampError as error:
-            failures.append(Failure(seed, str(error)))
-    return takes, failures
+    best: dict[int, Take] = {}
+    reasons: dict[int, str] = {}
+    waiting = list(job.seeds)
+    for attempt in range(ATTEMPTS):
+        for start in range(0, len(waiting), MOST_AT_ONCE):
+            some = waiting[start : start + MOST_AT_ONCE]
+            for seed, result in zip(some, chain.attempt(some, attempt, progress, clock), strict=True):
+                if isinstance(result, SampError):
+                    reasons.setdefault(seed, str(result))
+                elif seed not in best or _error(result) < _error(best[seed]):
+                    best[seed] = result
+        waiting = [
+            seed
+            for seed in waiting
+            if seed not in best or not metrics.success(best[seed].motion, best[seed].goal)
+        ]
+        if not waiting:
+            break
+    progress("Done", 1.0)
+    takes = [replace(best[seed], seconds=clock.seconds) for seed in job.seeds if seed in best]
+    return takes, [Failure(seed, reasons[seed]) for seed in job.seeds if seed not in best]
+
+
+def _error(take: Take) -> float:
+    return metrics.position_error(take.motion, take.goal)
 
 
 def _navmesh(situation: Situation) -> navigation.NavMesh:
@@ -167,31 +187,31 @@ class _Chain:
     tools: Tools
     mesh: navigation.NavMesh
 
-    def take(self, seed: int, tick: Progress, seconds: dict[str, float]) -> Take:
-        """The take of one seed: the first attempt that succeeds, else the one that ends nearest its goal."""
-        best, reason, clock = None, None, Clock()
-        clock.seconds.update(seconds)
-        for attempt in range(ATTEMPTS):
-            noise = (seed + attempt * _NEXT_ATTEMPT) % 2**31
+    def attempt(
+        self, seeds: Sequence[int], number: int, progress: Progress, clock: Clock
+    ) -> list[Take | SampError]:
+        """One attempt for each of these seeds, with noise of its own; errors stand in their take's place."""
+        requests, results = {}, {}
+        for seed in seeds:
+            progress("Choosing a place", 0.0)
             try:
-                motion, goal, waypoints = self._attempt(noise, tick, clock)
+                requests[seed] = self._request((seed + number * _NEXT_ATTEMPT) % 2**31, clock)
             except SampError as error:
-                reason = reason or error
-                continue
-            error = metrics.position_error(motion, goal)
-            if best is None or error < best[0]:
-                best = error, motion, goal, waypoints
-            if metrics.success(motion, goal):
-                break
-        if best is None:
-            raise reason
-        tick("Done", 1.0)
-        return Take(seed, *best[1:], clock.seconds, attempt + 1)
+                results[seed] = error
+        with clock.stage("rollout"):
+            motions = self.tools.generate(list(requests.values()), lambda share: progress("Moving", share))
+        for (seed, request), motion in zip(requests.items(), motions, strict=True):
+            goal = request.goal
+            if self.job.action not in SEATED:
+                goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
+            failed = isinstance(motion, SampError)
+            results[seed] = motion if failed else Take(seed, motion, goal, request.waypoints, {}, number + 1)
+        return [results[seed] for seed in seeds]
 
-    def _attempt(self, noise: int, tick: Progress, clock: Clock) -> tuple[Motion, Goal, np.ndarray]:
+    def _request(self, noise: int, clock: Clock) -> Request:
+        """A place on the target and a way there. Raises SampError."""
         rng = np.random.default_rng(noise)
         seated = self.job.action in SEATED
-        tick("Choosing a place", 0.0)
         with clock.stage("goal"):
             goal = self._seat(noise) if seated else self._standing_goal(rng)
         with clock.stage("path"):
@@ -199,7 +219,7 @@ class _Chain:
             plan = paths.plan_to_goal if seated else lambda mesh, a, b: paths.plan(mesh, a, b.position)
             waypoints = plan(self.mesh, start, goal).waypoints
             goal = _facing(goal, waypoints, yaw)
-        request = Request(
+        return Request(
             start_position=waypoints[0],
             start_yaw=yaw,
             action=self.job.action,
@@ -207,17 +227,9 @@ class _Chain:
             waypoints=waypoints,
             object_triangles=self.situation.target if seated else None,
             object_yaw=self._front if seated else 0.0,
-            seeds=[noise],
+            seed=noise,
             hold_seconds=self.job.hold,
-            progress=lambda share: tick("Moving", share),
         )
-        with clock.stage("rollout"):
-            motion = self.tools.generate(request)[0]
-        if isinstance(motion, SampError):
-            raise motion
-        if not seated:
-            goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
-        return motion, goal, waypoints
 
     @cached_property
     def _front(self) -> float:

@@ -38,7 +38,7 @@ def finish(motion: Motion, route: Route, request: Request) -> Motion:
 def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
     """Makes up what is left of the distance and turn to the goal, spread over the last stretch of the way.
 
-    goal: row of Route.goals. The pelvis of a seated take ends on the goal's position, a standing one above it.
+    goal: row of Route.goals. A seated pelvis ends on the goal's position, a standing one above it.
     """
     tail = slice(max(0, len(motion) - 15), None)
     end = motion.root[tail].mean(0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,13 +11,13 @@ from ..motion import Goal
 
 @dataclass(frozen=True)
 class Request:
-    """One job for a method, for several takes at once; all in the network frame, metres, radians.
+    """One take asked of a method; all in the network frame, metres, radians.
 
     start_position: (3,) floor under the character; start_yaw: its facing. action: one of motion.ACTIONS.
-    goal: where the pelvis shall end; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path from
-    the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
-    seeds: one for each take. hold_seconds: how long the action is held at its end. style: standard deviation of the
-    noise z, 0.1 as in SAMP. progress: called with the share done, from 0 to 1; what it raises stops the work.
+    goal: where the pelvis shall end; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
+    from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
+    seed: of its noise. hold_seconds: how long the action is held at its end. style: standard deviation of the
+    noise z, 0.1 as in SAMP.
     """
 
     start_position: np.ndarray
@@ -28,8 +27,6 @@ class Request:
     waypoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     object_triangles: np.ndarray | None = None
     object_yaw: float = 0.0
-    seeds: Sequence[int] = (0,)
+    seed: int = 0
     hold_seconds: float = 2.0
     style: float = 0.1
-    rest_joints: np.ndarray | None = None
-    progress: Callable[[float], None] | None = None

@@ -41,17 +41,19 @@ class Rollout:
         pelvis_height: torch.Tensor,
         local_matrices: torch.Tensor,
         roots: torch.Tensor,
-        centres: torch.Tensor | None,
-        occupancy: torch.Tensor | None,
+        centres: torch.Tensor,
+        occupancy: torch.Tensor,
         seeds: list[int],
-        style: float,
+        style: torch.Tensor,
     ) -> None:
         """pelvis_height (B,), local_matrices (B, 22, 3, 3) of the start pose, roots (B, 3) of the start.
-        centres (512, 3) world and occupancy (512,) of the object, or None."""
+
+        centres (B, 512, 3) world and occupancy (B, 512) of the objects. style: (B, 1) standard deviation of z.
+        """
         self.net, self.style = net, style
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
-        rest = torch.as_tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
+        rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
         self._stand(pelvis_height, local_matrices, roots)
 
@@ -116,12 +118,9 @@ class Rollout:
         )  # fmt: skip
 
     def _object(self) -> torch.Tensor:
-        count = len(self.roots)
-        if self.centres is None:
-            return torch.zeros(count, 2048)
+        """The objects' features (B, 2048); zero while the goal in force is not on one."""
         wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
-        centres = self.centres.expand(count, -1, -1)
-        return state.interaction_features(centres, self.occupancy.expand(count, -1), self.roots) * wanted
+        return state.interaction_features(self.centres, self.occupancy, self.roots) * wanted
 
     def step(self, follow=None) -> Frame:
         """The next frame of every take.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +17,17 @@ from . import finish
 from .request import Request
 from .route import REACHED, STOPPING, Route
 
-ATTEMPTS = 3  # with fresh noise, before a take that gets stuck is given up
+if TYPE_CHECKING:
+    import torch
+
+    from .rollout import Rollout
+
 ARRIVED = 0.2  # metres from the goal
 STILL = 0.1  # m/s
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
-_SEED_STRIDE = 1_000_003
+FPS = 30
+RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots")
 
 
 @functools.cache
@@ -44,32 +51,34 @@ def load_network() -> tuple:
     return net, starts[0].float(), starts[1].float()
 
 
-def generate(request: Request) -> list[Motion | RolloutError]:
-    """One take for each seed, in order: the Motion, or the RolloutError that says how far it came.
+def generate(
+    requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
+) -> list[Motion | SampError]:
+    """One take for each request, all rolled out as one batch: the Motion, or the error that says what went wrong.
 
-    The same seed gives the same take, whatever other seeds run beside it. Raises SampError for a request that no
-    seed could fulfil, and whatever request.progress raises.
+    progress is called with the share done, from 0 to 1; what it raises stops the work.
     """
-    if request.action not in ACTIONS:
-        raise SampError(f"There is no action '{request.action}'; choose one of {', '.join(ACTIONS)}.")
-    if request.action == "lie":
-        raise SampError("Lying down is not learnt yet in this version; choose sit, walk, run or idle.")
-    results: list[Motion | RolloutError] = [RolloutError("The take was not started.")] * len(request.seeds)
-    open_takes = list(range(len(request.seeds)))
-    for attempt in range(ATTEMPTS):
-        seeds = [request.seeds[k] + attempt * _SEED_STRIDE for k in open_takes]
-        for k, result in zip(open_takes, _run(request, seeds), strict=True):
-            results[k] = result
-        open_takes = [k for k in open_takes if isinstance(results[k], RolloutError)]
-        if not open_takes:
-            break
+    results: list[Motion | SampError] = [_refusal(request) for request in requests]
+    sound = [k for k, refusal in enumerate(results) if refusal is None]
+    for k, result in zip(sound, _run([requests[k] for k in sound], progress) if sound else [], strict=True):
+        results[k] = result
     return results
+
+
+def _refusal(request: Request) -> SampError | None:
+    """Why a request cannot be fulfilled at all, or None."""
+    if request.action not in ACTIONS:
+        return SampError(f"There is no action '{request.action}'; choose one of {', '.join(ACTIONS)}.")
+    if request.action == "lie":
+        return SampError("Lying down is not learnt yet in this version; choose sit, walk, run or idle.")
+    return None
 
 
 @dataclass
 class _Take:
     """What is decided for one take while it runs."""
 
+    request: Request
     route: Route
     number: int = 0  # of the goal in force
     travelled: float = 0.0
@@ -79,7 +88,13 @@ class _Take:
     def goal(self) -> np.ndarray:
         return self.route.goals[self.number]
 
-    def update(self, root: np.ndarray, pelvis: np.ndarray, speed: float, weights: np.ndarray, hold: int, frame: int):
+    def limit(self) -> int:
+        """Frames after which the take counts as stuck."""
+        return round((self.route.length / SLOWEST + GRACE + self.request.hold_seconds) * FPS)
+
+    def update(
+        self, root: np.ndarray, pelvis: np.ndarray, speed: float, weights: np.ndarray, frame: int
+    ) -> None:
         """Passes way-points, and counts the frames in which the action is being held at the goal."""
         self.travelled = self.route.project(root, self.travelled)
         last = len(self.route.goals) - 1
@@ -91,70 +106,89 @@ class _Take:
             self.number += 1
         goal = self.goal()
         action = int(np.argmax(goal[6:]))
-        near = np.hypot(pelvis[0] - goal[0], pelvis[2] - goal[2]) < (2 * ARRIVED if action == 0 else 1.5 * ARRIVED)
+        radius = (2.0 if action == 0 else 1.5) * ARRIVED
+        near = np.hypot(pelvis[0] - goal[0], pelvis[2] - goal[2]) < radius
         settled = self.number == last and near and weights[action] > 0.6 and speed < STILL
         self.held += int(settled)
-        if self.held >= hold and self.done_at is None:
+        if self.held >= max(1, round(self.request.hold_seconds * FPS)) and self.done_at is None:
             self.done_at = frame
 
 
-def _run(request: Request, seeds: list[int]) -> list[Motion | RolloutError]:
-    """One attempt for these seeds, as one batch."""
+def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list[Motion | SampError]:
+    """The batch, frame by frame, until every take is done or has used up its time."""
     import torch
 
-    from ...models import state
-    from .rollout import Rollout
-
-    net, heights, poses = load_network()
-    floor = float(request.start_position[1])
-    route = Route(request.start_position, request.waypoints, request.goal, request.action)
-    grid = None
-    if request.object_triangles is not None and request.action in ("sit", "lie"):
-        grid = InteractionGrid.build(request.object_triangles, request.object_yaw)
-    base = route.points[-1][1]
-    centres = occupancy = None
-    if grid is not None:
-        centres = torch.as_tensor(grid.centres - np.array([0.0, base, 0.0]), dtype=torch.float32)
-        occupancy = torch.as_tensor(grid.occupancy, dtype=torch.float32)
-    pick = torch.tensor([seed % len(heights) for seed in seeds])
-    matrices = torch.as_tensor(rotation.quaternion_to_matrix(poses.numpy()), dtype=torch.float32)[pick]
-    start = torch.tensor([request.start_position[0], request.start_position[2], request.start_yaw]).float()
-    takes = [_Take(route) for _ in seeds]
-    hold = max(1, round(request.hold_seconds * state.FPS))
-    limit = round((route.length / SLOWEST + GRACE + request.hold_seconds) * state.FPS)
-    recorded: dict[str, list[np.ndarray]] = {"pelvis": [], "matrices": [], "contacts": [], "actions": [], "roots": []}
+    takes = [_Take(r, Route(r.start_position, r.waypoints, r.goal, r.action)) for r in requests]
+    limit = max(take.limit() for take in takes)
+    recorded: dict[str, list[np.ndarray]] = {name: [] for name in RECORDED}
     with torch.inference_mode():
-        run = Rollout(net, heights[pick], matrices, start.repeat(len(seeds), 1), centres, occupancy, seeds, request.style)
+        run = _rollout(takes)
         guide = functools.partial(_follow, takes)
         for frame in range(limit):
             run.set_goals(torch.as_tensor(np.stack([take.goal() for take in takes]), dtype=torch.float32))
             new = run.step(guide)
             for name, values in recorded.items():
                 values.append(getattr(new, name).numpy().copy())
-            _update(takes, recorded, hold, frame)
-            if request.progress is not None and frame % 5 == 0:
-                request.progress(_share_done(takes, frame, limit))
-            if all(take.done_at is not None for take in takes):
+            _update(takes, recorded, frame)
+            if frame % 5 == 0:
+                progress(_share_done(takes, frame, limit))
+            if all(take.done_at is not None or frame >= take.limit() for take in takes):
                 break
     arrays = {name: np.stack(values) for name, values in recorded.items()}
-    return [_finished(request, take, {n: a[:, k] for n, a in arrays.items()}, floor) for k, take in enumerate(takes)]
+    return [_finished(take, {name: a[:, k] for name, a in arrays.items()}) for k, take in enumerate(takes)]
+
+
+def _rollout(takes: list[_Take]) -> Rollout:
+    """The Rollout at its start: poses, places and objects of all takes."""
+    import torch
+
+    from .rollout import Rollout
+
+    net, heights, poses = load_network()
+    pick = torch.tensor([take.request.seed % len(heights) for take in takes])
+    matrices = torch.as_tensor(rotation.quaternion_to_matrix(poses.numpy()), dtype=torch.float32)[pick]
+    places = [(*take.request.start_position[[0, 2]], take.request.start_yaw) for take in takes]
+    centres, occupancy = _objects(takes)
+    tensor = lambda values: torch.as_tensor(np.asarray(values), dtype=torch.float32)
+    return Rollout(
+        net, heights[pick], matrices, tensor(places), tensor(centres), tensor(occupancy),
+        [take.request.seed for take in takes], tensor([[take.request.style] for take in takes]),
+    )  # fmt: skip
+
+
+def _objects(takes: list[_Take]) -> tuple[np.ndarray, np.ndarray]:
+    """Cell centres (B, 512, 3), over a floor at height 0, and occupancy (B, 512); zero where there is no object."""
+    centres, occupancy = np.zeros((len(takes), 512, 3)), np.zeros((len(takes), 512))
+    grids: dict[tuple[int, float], InteractionGrid] = {}
+    for k, take in enumerate(takes):
+        request = take.request
+        if request.object_triangles is None or request.action not in ("sit", "lie"):
+            continue
+        key = id(request.object_triangles), request.object_yaw
+        if key not in grids:
+            grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
+        centres[k] = grids[key].centres - np.array([0.0, take.route.points[-1][1], 0.0])
+        occupancy[k] = grids[key].occupancy
+    return centres, occupancy
 
 
 def _share_done(takes: list[_Take], frame: int, limit: int) -> float:
-    ways = [min(take.travelled / max(take.route.length, 0.1), 1.0) * 0.7 + 0.3 * (take.held > 0) for take in takes]
+    ways = [
+        min(take.travelled / max(take.route.length, 0.1), 1.0) * 0.7 + 0.3 * (take.held > 0) for take in takes
+    ]
     return float(max(min(ways) * 0.95, frame / limit))
 
 
-def _update(takes: list[_Take], recorded: dict[str, list[np.ndarray]], hold: int, frame: int) -> None:
+def _update(takes: list[_Take], recorded: dict[str, list[np.ndarray]], frame: int) -> None:
     pelvis, roots, weights = recorded["pelvis"][-1], recorded["roots"][-1], recorded["actions"][-1]
     back = recorded["pelvis"][max(0, len(recorded["pelvis"]) - 6)]
-    span = max(min(len(recorded["pelvis"]) - 1, 5), 1) / 30
+    span = max(min(len(recorded["pelvis"]) - 1, 5), 1) / FPS
     for k, take in enumerate(takes):
         speed = float(np.linalg.norm(pelvis[k] - back[k])) / span
-        take.update(roots[k, :2], pelvis[k], speed, weights[k], hold, frame)
+        take.update(roots[k, :2], pelvis[k], speed, weights[k], frame)
 
 
-def _follow(takes: list[_Take], future, roots):
+def _follow(takes: list[_Take], future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
     """Bends the predicted future path (B, 6, 3) onto the route, far ahead more than near; keeps its speed."""
     import torch
 
@@ -179,10 +213,10 @@ def _follow(takes: list[_Take], future, roots):
     return torch.as_tensor(path, dtype=torch.float32)
 
 
-def _finished(request: Request, take: _Take, arrays: dict[str, np.ndarray], floor: float) -> Motion | RolloutError:
+def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:
     """The take as a Motion with feet locked and its end on the goal, or why there is none."""
     if take.done_at is None:
-        left = np.linalg.norm((arrays["pelvis"][-1] - np.asarray(request.goal.position))[[0, 2]])
+        left = np.linalg.norm((arrays["pelvis"][-1] - np.asarray(take.request.goal.position))[[0, 2]])
         return RolloutError(
             f"The character got stuck {left:.1f} m from the goal; try another seed, another goal or another start."
         )
@@ -195,4 +229,4 @@ def _finished(request: Request, take: _Take, arrays: dict[str, np.ndarray], floo
         contacts=arrays["contacts"][:end].astype(np.float64),
         actions=arrays["actions"][:end].astype(np.float64),
     )
-    return finish.finish(motion, take.route, request)
+    return finish.finish(motion, take.route, take.request)

@@ -66,12 +66,16 @@ def sit_events(clip: Clip) -> list[SitEvent]:
             middle = slice(seated + 5, max(end - 5, seated + 6))
             facing = np.arctan2(np.sin(yaw[middle]).mean(), np.cos(yaw[middle]).mean())
             pelvis = np.median(clip.root[middle], axis=0)
-            events.append(SitEvent(clip, free, down, seated, end - 1, up_end, leave_end, pelvis, float(facing)))
+            events.append(
+                SitEvent(clip, free, down, seated, end - 1, up_end, leave_end, pelvis, float(facing))
+            )
         free = up_end + 1
     return events
 
 
-def turned(root: np.ndarray, rotations: np.ndarray, yaw: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def turned(
+    root: np.ndarray, rotations: np.ndarray, yaw: float, shift: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """A motion turned about the world's vertical by yaw and then moved by shift (3,)."""
     q = rotation.about_y(yaw)
     rotations = rotations.copy()

@@ -24,7 +24,9 @@ def start_poses(folder: Path, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     clips = mocap.load_clips(folder)
     for k in np.random.default_rng(seed).permutation(len(clips)):
         clip = clips[k]
-        speed = np.linalg.norm(np.gradient(clip.root, 1 / mocap.FPS, axis=0), axis=-1) if len(clip) > 2 else [9]
+        speed = (
+            np.linalg.norm(np.gradient(clip.root, 1 / mocap.FPS, axis=0), axis=-1) if len(clip) > 2 else [9]
+        )
         still = (clip.labels == "idle") & (speed < _QUIET) & (clip.feet.min(1) > 0) & (clip.root[:, 1] > 0.9)
         if still.any():
             frame = int(np.flatnonzero(still)[still.sum() // 2])

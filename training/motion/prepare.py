@@ -50,7 +50,9 @@ def build(mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per
     rng = np.random.default_rng(seed)
     clips = mocap.load_clips(mocap_folder)
     clips += [mocap.mirror(clip) for clip in clips]
-    sequences: list[Sequence] = [walk_sequence(c, rng) for c in clips if len(c) > 75 and "sit" not in c.labels]
+    sequences: list[Sequence] = [
+        walk_sequence(c, rng) for c in clips if len(c) > 75 and "sit" not in c.labels
+    ]
     pieces, grids = furnishings(furniture_folder, seed)
     events = [event for clip in clips for event in sit_events(clip)]
     composer = Composer([p for p in pieces if p.goals], WalkIndex(clips), seed)

@@ -22,7 +22,20 @@ from .walks import goal_at, way_points
 
 LONGEST_HOLD = 240  # frames of sitting kept in one sequence
 MOST_LIFT = 0.15  # metres by which a sit may be raised or lowered to another seat
-_BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (16, 18), (17, 19), (18, 20), (19, 21), (3, 6), (6, 9), (9, 12), (12, 15)]
+_BONES = [
+    (1, 4),
+    (2, 5),
+    (4, 7),
+    (5, 8),
+    (16, 18),
+    (17, 19),
+    (18, 20),
+    (19, 21),
+    (3, 6),
+    (6, 9),
+    (9, 12),
+    (12, 15),
+]
 _RADII = np.array([0.07, 0.07, 0.05, 0.05, 0.05, 0.05, 0.04, 0.04, 0.11, 0.11, 0.11, 0.08])
 
 
@@ -63,12 +76,18 @@ def _probe_points(clip: Clip) -> np.ndarray:
     return np.stack([(positions[:, a] + positions[:, b]) / 2 for a, b in _BONES], 1)
 
 
-def collides(clip: Clip, piece: Furnishing, place: tuple[float, float, float], seated: np.ndarray) -> str | None:
+def collides(
+    clip: Clip, piece: Furnishing, place: tuple[float, float, float], seated: np.ndarray
+) -> str | None:
     """Why the motion and the piece do not go together, or None. seated: (T,) frames on the seat."""
     points = _probe_points(clip)[::3]
     local = points - np.array([place[0], 0.0, place[1]])
     local = rotation.rotate(np.broadcast_to(rotation.about_y(-place[2]), (*local.shape[:2], 4)), local)
-    distance = cKDTree(piece.surface).query(local.reshape(-1, 3), distance_upper_bound=0.3)[0].reshape(local.shape[:2])
+    distance = (
+        cKDTree(piece.surface)
+        .query(local.reshape(-1, 3), distance_upper_bound=0.3)[0]
+        .reshape(local.shape[:2])
+    )
     deep = distance < 0.55 * _RADII
     sat = seated[::3]
     if (~sat).any() and deep[~sat][:, 2:].any(1).mean() > 0.03:

@@ -53,7 +53,9 @@ class WalkIndex:
 def clean_start(clip: Clip, frame: int, longest: int) -> int:
     """First frame of the unbroken clean stretch, at most ``longest`` frames, that ends at ``frame``."""
     start = max(0, frame - longest)
-    spoilt = np.flatnonzero(clip.bad[start : frame + 1] | np.isin(clip.labels[start : frame + 1], ("sit", "lie")))
+    spoilt = np.flatnonzero(
+        clip.bad[start : frame + 1] | np.isin(clip.labels[start : frame + 1], ("sit", "lie"))
+    )
     return start + (int(spoilt[-1]) + 1 if len(spoilt) else 0)
 
 
@@ -62,7 +64,10 @@ def join(before: Clip, after: Clip) -> Clip:
 
     The last frame of before and the first of after are the same moment.
     """
-    turn = headings(after.root[:1], after.rotations[:1])[0] - headings(before.root[-1:], before.rotations[-1:])[0]
+    turn = (
+        headings(after.root[:1], after.rotations[:1])[0]
+        - headings(before.root[-1:], before.rotations[-1:])[0]
+    )
     root, rotations = turned(before.root, before.rotations, turn, np.zeros(3))
     root = root + (after.root[0] - root[-1]) * np.array([1.0, 0.0, 1.0])
     weight = 1 - np.clip(np.arange(len(after)) / FADE, 0, 1)

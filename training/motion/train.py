@@ -49,7 +49,9 @@ class Schedule:
 class Trainer:
     """The network, its optimiser and averaged weights, and the rollouts in flight."""
 
-    def __init__(self, data: dataset.Dataset, schedule: Schedule, batch: int, seed: int, device: str = "cpu") -> None:
+    def __init__(
+        self, data: dataset.Dataset, schedule: Schedule, batch: int, seed: int, device: str = "cpu"
+    ) -> None:
         torch.manual_seed(seed)
         self.rng = np.random.default_rng(seed)
         self.data, self.schedule, self.batch, self.device = data, schedule, batch, device
@@ -154,12 +156,16 @@ class Trainer:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--work", type=Path, required=True, help="folder for features, checkpoints and the log")
+    parser.add_argument(
+        "--work", type=Path, required=True, help="folder for features, checkpoints and the log"
+    )
     parser.add_argument("--steps", type=int, default=20000)
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop and save after this long")
     parser.add_argument("--batch", type=int, default=512)
     parser.add_argument("--rate", type=float, default=4e-4)
-    parser.add_argument("--sampling", type=float, nargs=2, default=(0.15, 0.4), help="share of steps: P falls from, to")
+    parser.add_argument(
+        "--sampling", type=float, nargs=2, default=(0.15, 0.4), help="share of steps: P falls from, to"
+    )
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)

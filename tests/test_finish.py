@@ -1,0 +1,70 @@
+"""What is done to a raw rollout: its end on the goal, without a pop; and the route it follows."""
+
+import numpy as np
+import pytest
+from samp_blender.samp_addon import frames, rotation
+from samp_blender.samp_addon.motion import Goal, Motion
+from samp_blender.samp_addon.synthesis import finish
+from samp_blender.samp_addon.synthesis.route import Route
+
+FRAMES, WALK = 150, 100
+
+
+def glide(action):
+    """Along +Z for 3 m, then still; seated ones sink by 30 cm over 20 frames."""
+    root = np.zeros((FRAMES, 3))
+    root[:, 2] = np.minimum(np.arange(FRAMES) / WALK, 1) * 3
+    root[:, 1] = 0.93
+    actions = np.zeros((FRAMES, 5))
+    actions[:WALK, 1], actions[WALK:, 0] = 1, 1
+    if action == "sit":
+        root[:, 1] -= 0.3 * np.clip((np.arange(FRAMES) - WALK) / 20, 0, 1)
+        actions[WALK:] = [0, 0, 0, 1, 0]
+    quats = np.zeros((FRAMES, 22, 4))
+    quats[..., 0] = 1
+    motion = Motion(root, quats, actions=actions, contacts=np.zeros((FRAMES, 5)))
+    start = finish.interaction_start(motion, action)
+    return Motion(root, quats, actions=actions, contacts=np.zeros((FRAMES, 5)), interaction_start=start)
+
+
+@pytest.mark.parametrize("action", ["sit", "idle"])
+@pytest.mark.parametrize("shift", [(0, 0, 0), (0.12, 0.05, -0.1), (-0.2, -0.08, 0.15)])
+@pytest.mark.parametrize("turn", [0, 25, -40])
+def test_the_take_ends_on_its_goal_without_a_pop(action, shift, turn):
+    motion = glide(action)
+    position = motion.root[-1] + np.array(shift) * ([1, 1, 1] if action == "sit" else [1, 0, 1])
+    goal = np.concatenate([position, frames.yaw_direction(np.radians(turn)), np.zeros(5)])
+    settled = finish.settle_on_goal(motion, goal, action)
+    assert np.abs(settled.root[-1] - position).max() < 1e-3
+    facing = rotation.rotate(settled.rotations[-1, 0], np.array([0.0, 0, 1]))
+    assert np.degrees(np.arccos(np.clip(facing @ goal[3:6], -1, 1))) < 0.1
+    assert np.allclose(settled.root[:30], motion.root[:30]) and np.allclose(
+        settled.rotations[:30], motion.rotations[:30]
+    )
+    added = np.diff(settled.root - motion.root, axis=0)
+    assert np.abs(added).max() < 0.025, "less than 2.5 cm may be made up in one frame"
+
+
+def test_interaction_start():
+    assert finish.interaction_start(glide("sit"), "sit") == WALK
+    assert finish.interaction_start(glide("idle"), "idle") is None
+
+
+def test_route_drops_corners_near_the_goal_and_ends_on_it():
+    goal = Goal(np.array([2.0, 0.6, 3.0]), np.array([1.0, 0, 0]))
+    corners = np.array([[0, 0, 0], [0, 0, 3.0], [1.7, 0, 3.0]])
+    route = Route(np.zeros(3), corners, goal, "sit")
+    assert len(route.goals) == 2 and route.length == pytest.approx(5)
+    assert np.allclose(route.goals[0], [0, 0, 3, 2 / np.sqrt(13), 0, 3 / np.sqrt(13), 0, 1, 0, 0, 0])
+    assert np.allclose(route.goals[1], [2, 0.6, 3, 1, 0, 0, 0, 0, 0, 1, 0])
+    assert np.allclose(route.at(np.array([-1.0, 1.0, 4.0, 9.0])), [[0, 0], [0, 1], [1, 3], [2, 3]])
+    assert route.project(np.array([0.3, 1.0]), 0.5) == pytest.approx(1.0, abs=0.05)
+
+
+def test_route_heights_of_a_climb():
+    goal = Goal(np.array([0.0, 1.6, 4.0]), np.array([0, 0, 1.0]))
+    route = Route(np.zeros(3), np.array([[0, 0, 0], [0, 0, 1], [0, 1, 3.0]]), goal, "sit")
+    track = np.stack([np.zeros(41), np.linspace(0, 4, 41)], -1)
+    heights = route.heights(track)
+    assert np.allclose(heights, np.clip((track[:, 1] - 1) / 2, 0, 1), atol=0.05)
+    assert route.goals[-1][1] == pytest.approx(0.6)
