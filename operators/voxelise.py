@@ -1,0 +1,38 @@
+"""Voxelise: what the networks see of a piece of furniture."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import StringProperty
+
+from . import outcome
+
+
+class SAMP_OT_voxelise(bpy.types.Operator):
+    """Show the 8 x 8 x 8 grid through which the networks see an object"""
+
+    bl_idname = "samp.voxelise"
+    bl_label = "Voxelise"
+    bl_options = {"REGISTER", "UNDO"}
+
+    target: StringProperty(
+        name="Target",
+        description="Object, empty or collection of the furniture; empty: what is selected",
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to Object Mode first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._voxelise(context))
+
+    def _voxelise(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import steps, targets
+
+        shown, grid = steps.voxelise(context, self.target or targets.clicked_target(context))
+        return f"'{shown.name}' shows the {int((grid.occupancy > 0).sum())} cells that the surface is near."
