@@ -161,7 +161,7 @@ def test_over_a_ramp_the_path_follows_the_ground():
     found = path.plan(mesh, np.array([0, 0, -2.0]), np.array([0, 1.5, 4.5]))
     line, run = along(found.waypoints), 1.5 / np.tan(np.radians(25))
     ground = np.clip(line[:, 2] / run, 0, 1) * 1.5
-    assert np.abs(line[:, 1] - ground).max() < 0.12
+    assert np.abs(line[:, 1] - ground).max() < 0.14
     assert 3 <= len(found.waypoints) <= 8
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from .corridor import ROUGH_COST
 from .navmesh import NavMesh
 
-BEND = 0.06
-"""Metres by which the ground may leave the straight line between two way-points."""
+BEND = 0.13
+"""Metres by which the ground may leave the straight line between two way-points: less than a stair's step."""
 
 LONGER = 0.02
 """Share of its length that a path may grow by to keep away from corners."""
