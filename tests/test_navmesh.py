@@ -193,6 +193,24 @@ def test_degenerate_triangles_do_not_matter():
     assert walkable_at(mesh, 1, 1)
 
 
+def test_free_places_are_on_the_same_storey_and_not_on_stairs():
+    upstairs = layouts.floor(6, 3, layouts.STOREY, by=(0, 5.7))
+    mesh = navmesh.build(join(layouts.floor(6, 14), upstairs, layouts.stairs(15, 0.2, 0.28)))
+    for near, height in (([0, 0.6, -3.0], 0.0), ([0, 3.6, 5.7], layouts.STOREY)):
+        for seed in range(20):
+            place, _ = navmesh.free_place(mesh, near, (0.5, 9), np.random.default_rng(seed))
+            assert abs(place[1] - height) < 0.1
+
+
+def test_free_places_are_not_in_a_pocket():
+    shut = join(layouts.box((-1, 0, -1.6), (1, 1, -1.5)), layouts.box((-1, 0, -2.6), (1, 1, -2.5)))
+    sides = join(layouts.box((-1, 0, -2.5), (-0.9, 1, -1.6)), layouts.box((0.9, 0, -2.5), (1, 1, -1.6)))
+    mesh = navmesh.build(join(layouts.floor(6, 6), shut, sides))
+    assert len(np.unique(mesh.islands)) == 2
+    place, _ = navmesh.free_place(mesh, [0, 0.6, -2.05], (0.2, 0.5), np.random.default_rng(0))
+    assert abs(place[0]) > 1 or place[2] > -1.5 or place[2] < -2.6
+
+
 @pytest.mark.parametrize("distance", [(0.5, 1.0), (1.5, 3.0), (40.0, 50.0)])
 def test_free_places(distance):
     mesh = navmesh.build(layouts.furnished(1, triangles=5000))

@@ -29,6 +29,10 @@ FLOOR_SHARE, FLOOR_UNEVEN, FLOOR_THICKNESS = 0.2, 0.1, 0.35
 place, and that place is no higher than this over the lowest point of all."""
 GROUND_MARGIN = 2.0
 """Metres by which a ground laid under a scene without a floor reaches beyond it."""
+PELVIS, OTHER_STOREY = 1.2, 100.0
+"""Metres: how high over the floor ``near`` may be, and how far away what lies higher or lower counts as."""
+POCKET = 1.0
+"""Metres that the room may begin farther off than the gap behind the sofa, when a free place is looked for."""
 UPHILL = 2.0
 """How much a metre of height counts beside a metre across, when the nearest place is looked for."""
 
@@ -163,14 +167,19 @@ def free_place(
 ) -> tuple[np.ndarray, float]:
     """A place to stand, position (3,) metres and yaw in radians, at a distance (least, most) from ``near``.
 
-    It lies on the given connected part, or the one nearest to ``near``, where there is room around it. The
-    yaw is within a quarter turn of facing ``near``. With no place in range, the one closest to it is taken.
+    It lies on the given connected part, or the main one around ``near``, on the same storey, off the
+    stairs, where there is room around it. The yaw is within a quarter turn of facing ``near``. With no
+    place in range, the one closest to it is taken.
     """
-    if island is None:
-        island = int(navmesh.island_of(navmesh.nearest(near)))
-    numbers = navmesh.walkable[navmesh.island_of(navmesh.walkable) == island]
-    points = navmesh.ground.points(numbers)
+    near = np.asarray(near, dtype=np.float64)
+    numbers, points = navmesh.walkable, navmesh.points
     away = np.hypot(*(points - near).T[[0, 2]])
+    away += np.where(np.abs(points[:, 1] - near[1]) > PELVIS, OTHER_STOREY, 0.0)
+    parts = navmesh.island_of(numbers)
+    chosen = parts == (_main_part(parts, away) if island is None else island)
+    even = chosen & ~navmesh.ground.rough[numbers]
+    chosen = even if even.any() else chosen
+    numbers, points, away = numbers[chosen], points[chosen], away[chosen]
     # Where all is crowded, the most open third still leaves a choice.
     excess = np.maximum(distance[0] - away, 0) + np.maximum(away - distance[1], 0)
     inside = np.flatnonzero(excess <= max(excess.min(), 1e-9))
@@ -179,6 +188,12 @@ def free_place(
     position = points[rng.choice(roomy)]
     towards = float(frames.direction_yaw(np.asarray(near) - position))
     return position, towards + rng.uniform(-math.pi / 2, math.pi / 2)
+
+
+def _main_part(parts: np.ndarray, away: np.ndarray) -> int:
+    """The largest of the parts (W,) that come about as near as the nearest; not the gap behind the sofa."""
+    beside = np.unique(parts[away <= away.min() + POCKET])
+    return int(beside[np.bincount(parts)[beside].argmax()])
 
 
 def _box(triangles: np.ndarray, cover: np.ndarray, cell: float) -> np.ndarray | None:
