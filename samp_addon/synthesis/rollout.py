@@ -5,6 +5,7 @@ Works on a floor at height 0; heights are added afterwards. See models/state.py 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +16,10 @@ from ...models.motion_net import LATENT, MotionNet
 from .. import skeleton
 
 FUTURE = state.SAMPLES - state.NOW - 1
+Follow = Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
+Steer = Callable[[torch.Tensor], tuple[torch.Tensor, torch.Tensor]]
 # How fast the prediction in the goal's frame gains over the one in the root's frame near the goal.
 GOAL_PULL = 100.0
-FOLLOW = 0.6  # share by which the far end of the predicted path is laid onto the route
 
 
 @dataclass
@@ -122,18 +124,19 @@ class Rollout:
         wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
         return state.interaction_features(self.centres, self.occupancy, self.roots) * wanted
 
-    def step(self, follow=None) -> Frame:
+    def step(self, follow: Follow | None = None, steer: Steer | None = None) -> Frame:
         """The next frame of every take.
 
-        follow: function of the predicted future path (B, 6, 3) world roots, which returns the path to be followed.
+        steer: function of the new roots (B, 3); returns by how much each whole body is moved (B, 2) and turned
+        (B,). follow: function of the predicted future path (B, 6, 3) and the roots; returns the path to be followed.
         """
         x = self._input()
         z = torch.stack([torch.randn(LATENT, generator=g) for g in self.generators]) * self.style
         y = self.net.step(x, self._object(), z)
-        self._advance(y, follow)
+        self._advance(y, follow, steer)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
 
-    def _advance(self, y: torch.Tensor, follow) -> None:
+    def _advance(self, y: torch.Tensor, follow: Follow | None, steer: Steer | None) -> None:
         before = self.roots
         pose = y[:, state.POSE].reshape(-1, state.JOINTS, 4, 3)
         trajectory = y[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)
@@ -145,11 +148,29 @@ class Rollout:
         self._pose(pose, before)
         weights = trajectory[..., 4:].clamp(0, 1)
         self.contacts = y[:, state.CONTACTS].clamp(0, 1)
-        future = self._towards_goal(window[:, state.NOW + 1 :], y)
+        future = window[:, state.NOW + 1 :]
+        if steer is not None:
+            future = self._nudge(*steer(self.roots), future)
+        future = self._towards_goal(future, y)
         self.future_roots = follow(future, self.roots) if follow else future
         self.future_actions = weights[:, state.NOW + 1 :]
         self.past_roots = torch.cat([self.past_roots[:, 1:], self.roots[:, None]], 1)
         self.past_actions = torch.cat([self.past_actions[:, 1:], weights[:, state.NOW : state.NOW + 1]], 1)
+
+    def _nudge(self, shift: torch.Tensor, angle: torch.Tensor, future: torch.Tensor) -> torch.Tensor:
+        """Moves the bodies by shift (B, 2) and turns them by angle (B,) about their roots; returns their future
+        paths, moved along with them."""
+        pivot = self.roots[:, :2].clone()
+        corner = torch.stack([pivot[:, 0], torch.zeros_like(angle), pivot[:, 1]], -1)
+        offset = torch.stack([shift[:, 0], torch.zeros_like(angle), shift[:, 1]], -1)
+        about = _about_y(angle)
+        self.matrices = about[:, None] @ self.matrices
+        self.joints = (self.joints - corner[:, None]) @ about.mT + (corner + offset)[:, None]
+        self.velocities = self.velocities @ about.mT
+        self.roots = torch.cat([pivot + shift, self.roots[:, 2:] + angle[:, None]], -1)
+        spread = angle[:, None].expand(-1, FUTURE)
+        places = state.turn(future[..., :2] - pivot[:, None], spread) + (pivot + shift)[:, None]
+        return torch.cat([places, future[..., 2:] + spread[..., None]], -1)
 
     def _pose(self, pose: torch.Tensor, before: torch.Tensor) -> None:
         """Joints, matrices and velocities of the new frame from the prediction, told in the root before."""

@@ -8,13 +8,14 @@ from ..motion import ACTIONS, Goal
 
 REACHED = 0.3  # metres at which a way-point counts as reached
 NEAR_GOAL = 0.5  # corners closer than this to the goal are dropped
-STOPPING = 1.0  # metres before the end of a walk at which standing still becomes the goal
+STOPPING = 0.8  # metres before the end of a walk at which standing still becomes the goal
 
 
 class Route:
     """Way-points on the floor (N, 3) from the start to the goal, and the goals (N, 11) they make.
 
-    A goal row is world position 3, direction 3, one-hot action 5. The last row is the action's own goal.
+    A goal row is world position 3, direction 3, one-hot action 5. The last row is the action's own goal. radii (N,):
+    how near a goal counts as reached; along (N,): how far along the way it lies; metres.
     """
 
     def __init__(self, start: np.ndarray, waypoints: np.ndarray, goal: Goal, action: str) -> None:
@@ -33,25 +34,33 @@ class Route:
             self.points = np.repeat(self.points, 2, 0)
         steps = np.diff(self.points[:, [0, 2]], axis=0)
         self.lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=-1))])
-        self.goals = self._goals(goal, action, on_floor)
-        self.gait = ACTIONS.index(action) if action in ("walk", "run") else ACTIONS.index("walk")
+        self.goals, self.radii, self.along = self._goals(goal, action, on_floor)
 
     @property
     def length(self) -> float:
         """Metres from the start to the goal along the way."""
         return float(self.lengths[-1])
 
-    def _goals(self, goal: Goal, action: str, on_floor: bool) -> np.ndarray:
+    def _goals(self, goal: Goal, action: str, on_floor: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Goal rows, how near counts as reached, and how far along the way each lies."""
         gait = np.eye(5)[ACTIONS.index("run" if action == "run" else "walk")]
-        rows = []
+        rows, radii, along = [], [], []
         for k in range(1, len(self.points) - 1):
             ahead = self.points[k + 1] - self.points[k - 1]
             facing = np.array([ahead[0], 0.0, ahead[2]]) / max(np.linalg.norm(ahead[[0, 2]]), 1e-9)
             rows.append(np.concatenate([[self.points[k][0], 0.0, self.points[k][2]], facing, gait]))
-        last = np.eye(5)[ACTIONS.index("idle" if on_floor else action)]
+            radii.append(REACHED)
+            along.append(self.lengths[k])
         height = 0.0 if on_floor else goal.position[1] - self.points[-1][1]
-        rows.append(np.concatenate([[goal.position[0], height, goal.position[2]], goal.direction, last]))
-        return np.array(rows)
+        place = np.array([goal.position[0], height, goal.position[2]])
+        if on_floor and self.length > STOPPING:
+            # Nobody stands still from afar: the end of the way is first walked towards.
+            rows.append(np.concatenate([place, goal.direction, gait]))
+            radii.append(STOPPING)
+            along.append(self.length)
+        last = np.eye(5)[ACTIONS.index("idle" if on_floor else action)]
+        rows.append(np.concatenate([place, goal.direction, last]))
+        return np.array(rows), np.array([*radii, 0.0]), np.array([*along, self.length])
 
     def at(self, distance: np.ndarray) -> np.ndarray:
         """Points (..., 2) at distances along the way, clamped to its ends."""

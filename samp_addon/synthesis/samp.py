@@ -15,11 +15,9 @@ from ..motion import ACTIONS, Motion
 from ..scene.voxels import InteractionGrid
 from . import finish
 from .request import Request
-from .route import REACHED, STOPPING, Route
+from .route import Route
 
 if TYPE_CHECKING:
-    import torch
-
     from .rollout import Rollout
 
 ARRIVED = 0.2  # metres from the goal
@@ -100,8 +98,8 @@ class _Take:
         last = len(self.route.goals) - 1
         while self.number < last:
             goal = self.goal()
-            passed = self.travelled > self.route.lengths[self.number + 1] + 0.05
-            if np.hypot(*(root - goal[[0, 2]])) > REACHED and not passed:
+            passed = self.travelled > self.route.along[self.number] + 0.05
+            if np.hypot(*(root - goal[[0, 2]])) > self.route.radii[self.number] and not passed:
                 break
             self.number += 1
         goal = self.goal()
@@ -118,15 +116,17 @@ def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list
     """The batch, frame by frame, until every take is done or has used up its time."""
     import torch
 
+    from . import steering
+
     takes = [_Take(r, Route(r.start_position, r.waypoints, r.goal, r.action)) for r in requests]
     limit = max(take.limit() for take in takes)
     recorded: dict[str, list[np.ndarray]] = {name: [] for name in RECORDED}
     with torch.inference_mode():
         run = _rollout(takes)
-        guide = functools.partial(_follow, takes)
+        follow, steer = steering.guides(takes)
         for frame in range(limit):
             run.set_goals(torch.as_tensor(np.stack([take.goal() for take in takes]), dtype=torch.float32))
-            new = run.step(guide)
+            new = run.step(follow, steer)
             for name, values in recorded.items():
                 values.append(getattr(new, name).numpy().copy())
             _update(takes, recorded, frame)
@@ -186,31 +186,6 @@ def _update(takes: list[_Take], recorded: dict[str, list[np.ndarray]], frame: in
     for k, take in enumerate(takes):
         speed = float(np.linalg.norm(pelvis[k] - back[k])) / span
         take.update(roots[k, :2], pelvis[k], speed, weights[k], frame)
-
-
-def _follow(takes: list[_Take], future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
-    """Bends the predicted future path (B, 6, 3) onto the route, far ahead more than near; keeps its speed."""
-    import torch
-
-    from .rollout import FOLLOW, FUTURE
-
-    path = future.numpy().astype(np.float64).copy()
-    now = roots.numpy().astype(np.float64)
-    share = FOLLOW * (np.arange(1, FUTURE + 1) / FUTURE)
-    for k, take in enumerate(takes):
-        left = take.route.length - take.travelled
-        last = take.number == len(take.route.goals) - 1
-        if last and left < STOPPING:
-            continue  # the last metre belongs to the network and the goal's frame
-        steps = np.diff(np.concatenate([now[k : k + 1, :2], path[k, :, :2]]), axis=0)
-        ahead = take.travelled + np.cumsum(np.linalg.norm(steps, axis=-1))
-        wanted = take.route.at(ahead)
-        way = take.route.at(ahead + 0.2) - take.route.at(ahead - 0.05)
-        facing = np.arctan2(way[:, 0], way[:, 1])
-        turn = np.remainder(facing - path[k, :, 2] + np.pi, 2 * np.pi) - np.pi
-        path[k, :, :2] += share[:, None] * (wanted - path[k, :, :2])
-        path[k, :, 2] += share * turn
-    return torch.as_tensor(path, dtype=torch.float32)
 
 
 def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:

@@ -1,0 +1,84 @@
+"""Speed of MotionNet's rollout: experts' outputs mixed, as shipped, beside weights mixed for each sample.
+
+Both run in this process in turn, so that the ratio holds on a busy machine; medians of several rounds.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+import torch
+
+from ..models.motion_net import LATENT, MotionNet
+from ..models.state import SIZE
+from ..samp_addon.errors import SampError
+from ..samp_addon.motion import Goal
+from ..samp_addon.synthesis import samp
+from ..samp_addon.synthesis.request import Request
+
+TAKES = (1, 32)
+ROUNDS = 7
+
+
+def network() -> MotionNet:
+    """The shipped network, or one with random numbers of the same sizes where the weights are missing."""
+    try:
+        return samp.load_network()[0]
+    except SampError:
+        return MotionNet().eval()
+
+
+def milliseconds(work: Callable[[], object]) -> float:
+    """Of one call."""
+    began = time.perf_counter()
+    work()
+    return (time.perf_counter() - began) * 1e3
+
+
+def steps(net: MotionNet, takes: int) -> tuple[float, float]:
+    """Median milliseconds of one step of the network: outputs mixed, weights mixed."""
+    x, features, z = torch.randn(takes, SIZE), torch.rand(takes, 2048), torch.randn(takes, LATENT)
+    both: tuple[list[float], list[float]] = ([], [])
+    with torch.inference_mode():
+        for _ in range(ROUNDS):
+            for mix_weights, times in enumerate(both):
+                times.append(milliseconds(lambda m=bool(mix_weights): net.step(x, features, z, m)))
+    return statistics.median(both[0][1:]), statistics.median(both[1][1:])
+
+
+def whole_frames(takes: int) -> float:
+    """Milliseconds a frame of the whole rollout, state and steering included, for some walks of 6 m."""
+    goal = Goal(np.array([0.0, 0.0, 6.0]), np.array([0.0, 0.0, 1.0]), "walk")
+    requests = [Request(np.zeros(3), 0.0, "walk", goal, np.zeros((0, 3)), seed=k) for k in range(takes)]
+    frames = 0
+
+    def count(share: float) -> None:
+        nonlocal frames
+        frames += 5  # progress is called every fifth frame
+
+    took = milliseconds(lambda: samp.generate(requests, count))
+    return took / max(frames, 1)
+
+
+def main() -> None:
+    """Prints a table."""
+    net = network()
+    steps(net, 1)
+    print(
+        "| takes | outputs mixed, ms a step | weights mixed, ms a step | ratio | whole rollout, ms a frame |"
+    )
+    print("|---|---|---|---|---|")
+    for takes in TAKES:
+        outputs, weights = steps(net, takes)
+        try:
+            whole = f"{whole_frames(takes):.1f}"
+        except SampError:
+            whole = "no weights"
+        print(f"| {takes} | {outputs:.1f} | {weights:.1f} | {weights / outputs:.0f} | {whole} |")
+
+
+if __name__ == "__main__":
+    main()
