@@ -11,7 +11,7 @@ from .navmesh import NavMesh
 
 SPACING = 0.25
 """Metres between the points of a portal through which the search may pass."""
-ROUGH_COST = 4.0
+ROUGH_COST = 10.0
 """A metre over stepped ground costs as much as this many over even ground: round the toy box, not over it."""
 
 

@@ -10,7 +10,7 @@ from .heightfield import Grid, Places
 
 DIRECTIONS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
 """Columns (x, z) to the four neighbours; direction d + 2 is the way back."""
-ABRUPT = 0.10
+ABRUPT = 0.07
 """Metres. A higher step between two cells is climbed, not walked over: such ground costs more."""
 STEP_MARGIN = 0.01
 """Metres. Stairs drawn exactly as high as the character's step stay passable."""

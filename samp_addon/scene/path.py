@@ -24,6 +24,8 @@ REACH, REACH_LYING = 1.3, 2.0
 """Metres from the goal within which the character can still begin to sit, or to lie down on a wide bed."""
 BEHIND = 0.5
 """Metres that a place straight behind a seat counts as farther away than one straight in front."""
+CLIMBED = 0.4
+"""Metres that a place on or beside a step counts as farther away than one on even ground."""
 WALL = (1.1, 1.6)
 """Metres over the floor: what is solid there is a wall, through which nobody sits down."""
 
@@ -127,6 +129,7 @@ def _approaches(mesh: NavMesh, goal: Goal, stand_off: float, reach: float) -> np
     facing = (offset[:, [0, 2]] @ goal.direction[[0, 2]]) / np.maximum(away, 1e-6)
     ideal = goal.position + stand_off * goal.direction
     cost = np.hypot(*(points - ideal).T[[0, 2]]) + BEHIND * (1 - facing) / 2
+    cost += CLIMBED * mesh.ground.rough[numbers]
     open_sight = ~_walled_off(mesh, points, goal.position)
     order = np.argsort(cost, kind="stable")
     return numbers[order[open_sight[order]]]
