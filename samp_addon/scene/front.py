@@ -19,18 +19,16 @@ def dominant_axis(triangles: np.ndarray) -> float:
     four = 4 * np.arctan2(normal[:, 0], normal[:, 2])
     mean = np.sum(weight * np.exp(1j * four))
     if np.abs(mean) < 0.05 * max(weight.sum(), 1e-12):
-        mean = _from_points(triangles)
+        mean = _from_extent(triangles)
     return float(np.angle(mean) / 4 % (np.pi / 2))
 
 
-def _from_points(triangles: np.ndarray) -> complex:
-    """The same from the corners' second moment, for thin sheets that have no upright faces."""
-    corners = triangles.reshape(-1, 3)[:, [0, 2]]
-    corners = corners - corners.mean(axis=0)
-    xx, zz, xz = (
-        (corners[:, 0] ** 2).mean(),
-        (corners[:, 1] ** 2).mean(),
-        (corners[:, 0] * corners[:, 1]).mean(),
-    )
-    two = np.arctan2(2 * xz, zz - xx)
+def _from_extent(triangles: np.ndarray) -> complex:
+    """The same from the surface's second moment, for thin sheets that have no upright faces."""
+    area = geometry.areas(triangles)
+    flat = triangles[..., [0, 2]]
+    flat = flat - (area @ flat.mean(axis=1)) / max(area.sum(), 1e-12)
+    total = flat.sum(axis=1)
+    moment = np.einsum("f,fki,fkj->ij", area, flat, flat) + np.einsum("f,fi,fj->ij", area, total, total)
+    two = np.arctan2(2 * moment[0, 1], moment[1, 1] - moment[0, 0])
     return complex(np.exp(2j * two))

@@ -20,19 +20,23 @@ LIE_HEIGHTS = (0.08, 0.86)
 WIDEST_STEP = 0.06
 
 
-def _lattice(across: tuple[float, float], ahead: tuple[float, float], step: float = 0.045) -> np.ndarray:
-    """Body-frame points (P, 2), left and forward, that fill a rectangle."""
-    n = [max(int(round((b - a) / step)) + 1, 2) for a, b in (across, ahead)]
+def _lattice(
+    across: tuple[float, float], ahead: tuple[float, float], step: float = 0.045, stride: float | None = None
+) -> np.ndarray:
+    """Body-frame points (P, 2), left and forward, that fill a rectangle; ``stride`` is the step forward."""
+    n = [max(int(round((b - a) / s)) + 1, 2) for (a, b), s in ((across, step), (ahead, stride or step))]
     left, forward = np.meshgrid(np.linspace(*across, n[0]), np.linspace(*ahead, n[1]), indexing="ij")
     return np.stack([left.ravel(), forward.ravel()], axis=-1)
 
 
+LOOK = 0.024
+"""A thin wall is one cell thick: lines that must not pass through it look at every cell."""
 BUTTOCK_LEFT, BUTTOCK_RIGHT = _lattice((0.03, 0.14), (-0.09, 0.08)), _lattice((-0.14, -0.03), (-0.09, 0.08))
 THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
 TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
-THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50))
+THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50), 0.06, LOOK)
 SHINS = _lattice((-0.14, 0.14), (0.42, 0.58))
-AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40))
+AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40), 0.05, LOOK)
 AROUND = np.concatenate(
     [
         r * np.stack([np.sin(a), np.cos(a)], -1)
@@ -44,7 +48,7 @@ BODY_SUPPORT = _lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
 BODY = _lattice((-0.19, 0.19), (-0.55, 0.62), 0.07)
 HEAD = _lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
 FEET = _lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
-BEYOND_HEAD = _lattice((-0.2, 0.2), (-1.15, -0.70), 0.06)
+BEYOND_HEAD = _lattice((-0.2, 0.2), (-1.30, -0.70), 0.08, LOOK)
 BEYOND_FEET = BEYOND_HEAD * [1.0, -1.0]
 
 
@@ -144,14 +148,12 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     head_hit = _hit(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
     feet = _within(grid, *at, FEET, -0.10, 0.22)
     good = (bump <= 0.06) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
-    boards = [
-        _hit(grid, at[0], at[1], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
-    ]
+    boards = [_barred(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)]
     # The raised end, a headboard or a pillow, is where the head goes.
     headed = np.clip(0.5 + 1.5 * (boards[0] - boards[1]), 0.1, 1.0)
     ranges = np.arange(0.06, 0.75, 0.03)
     sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
-    within_reach = np.interp(sides.min(axis=1), [0.17, 0.24, 0.55, 0.75], [0.5, 1.0, 1.0, 0.6])
+    within_reach = np.interp(sides.min(axis=1), [0.17, 0.28, 0.42, 0.60, 0.75], [0.5, 0.85, 1.0, 1.0, 0.6])
     tall = np.interp(at[2], [0.08, 0.2, 0.6, 0.86], [0.7, 1.0, 1.0, 0.4])
     quarter = (at[1] + np.pi / 4) % (np.pi / 2) - np.pi / 4
     straight = 0.3 + 0.7 * np.exp(-((quarter / np.radians(12)) ** 2))

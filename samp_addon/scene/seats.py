@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import frames
 from ..motion import Goal
-from . import front, postures
+from . import front, geometry, postures
 from .support import SupportMap
 
 DIRECTIONS = 24
@@ -68,6 +68,7 @@ def map_of(
     triangles: np.ndarray, floor_height: float | None = None, obstacles: np.ndarray | None = None
 ) -> SupportMap:
     """The object's support map along its own axes; build it once to ask several questions."""
+    geometry.require_surface(triangles, "The object")
     return SupportMap.build(triangles, front.dominant_axis(triangles), floor_height, obstacles)
 
 
@@ -86,9 +87,10 @@ def seats_on(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     places, yaws, height, score = _refine(grid, action, many[0][chosen], many[1][chosen])
     if action == "sit":
         score = np.where(_above_a_seat(places, height, score), 0, score)
-    order = np.argsort(-score, kind="stable")
-    worth = score[order] >= max(LEAST_SCORE, WORTH[action] * score.max()) if len(score) else []
-    return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in order[worth]]
+    # Refined, neighbours may have come together.
+    apart = _suppress(places, yaws, score, action, limit, 0.85)
+    worth = max(LEAST_SCORE, WORTH[action] * score.max())
+    return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in apart if score[i] >= worth]
 
 
 def snap_goal(
@@ -181,9 +183,12 @@ def _score(
     return (postures.sit_score if action == "sit" else postures.lie_score)(grid, places, yaws, height)
 
 
-def _suppress(places: np.ndarray, yaws: np.ndarray, score: np.ndarray, action: str, limit: int) -> np.ndarray:
-    """Indices of the best candidates, none too close to a better one in both place and direction."""
+def _suppress(
+    places: np.ndarray, yaws: np.ndarray, score: np.ndarray, action: str, limit: int, share: float = 1.0
+) -> np.ndarray:
+    """Indices of the best candidates, best first, none too close to a better one in both place and direction."""
     near, turn = (0.34, np.radians(50)) if action == "sit" else (0.45, np.radians(100))
+    near, turn = share * near, share * turn
     left, chosen = score.copy(), []
     while len(chosen) < limit:
         best = int(np.argmax(left))
@@ -192,7 +197,9 @@ def _suppress(places: np.ndarray, yaws: np.ndarray, score: np.ndarray, action: s
         chosen.append(best)
         apart = np.hypot(*(places - places[best]).T)
         angle = np.abs((yaws - yaws[best] + np.pi) % (2 * np.pi) - np.pi)
-        left[(apart < near) & (angle < turn)] = 0
+        # A much worse place has no claim of its own so close by: the edge of a sofa between two backed seats.
+        reach = np.where(score < 0.7 * score[best], 1.4 * near, near)
+        left[(apart < reach) & (angle < turn)] = 0
     return np.array(chosen, dtype=int)
 
 
