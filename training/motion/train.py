@@ -19,7 +19,6 @@ from . import dataset
 
 SHARES = {"sit": 0.52, "walk": 0.30, "run": 0.10, "idle": 0.08}
 WINDOW = 60  # frames of a rollout, L of section B.3
-KL_WEIGHT = 0.1
 # The goal's numbers are never read from a prediction: the caller knows the goal.
 GOAL_WEIGHT = 0.02
 LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
@@ -35,11 +34,14 @@ class Schedule:
     rate: float
     sampling_from: float
     sampling_to: float
+    least_truth: float
+    kl_weight: float
 
     def keep_truth(self, step: int) -> float:
         """Probability that the true state, not the prediction, is the next input."""
         done = step / self.steps
-        return float(np.clip(1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from), 0, 1))
+        falling = 1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from)
+        return float(np.clip(falling, self.least_truth, 1))
 
     def learning_rate(self, step: int) -> float:
         """Linear warm-up over 300 steps, then linear decay."""
@@ -123,7 +125,7 @@ class Trainer:
             out = net.decoder(z, xn, seen).float()
         error = (out - yn).square() * self.weights
         kl = -0.5 * (1 + log_variance - mean.square() - log_variance.exp()).float().sum(-1).mean()
-        loss = error.sum(-1).mean() + KL_WEIGHT * kl
+        loss = error.sum(-1).mean() + self.schedule.kl_weight * kl
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 20.0)
@@ -166,12 +168,14 @@ def main() -> None:
     parser.add_argument(
         "--sampling", type=float, nargs=2, default=(0.15, 0.4), help="share of steps: P falls from, to"
     )
+    parser.add_argument("--least-truth", type=float, default=0.15, help="P never falls below this")
+    parser.add_argument("--kl", type=float, default=0.6, help="weight of the KL term")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     data = dataset.load(options.data, options.work / "features")
-    schedule = Schedule(options.steps, options.rate, *options.sampling)
+    schedule = Schedule(options.steps, options.rate, *options.sampling, options.least_truth, options.kl)
     trainer = Trainer(data, schedule, options.batch, options.seed, device)
     checkpoint = options.work / "checkpoint.pt"
     if checkpoint.exists():
