@@ -35,7 +35,7 @@ BUTTOCK_LEFT, BUTTOCK_RIGHT = _lattice((0.03, 0.14), (-0.09, 0.08)), _lattice((-
 THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
 TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
 THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50), 0.06, LOOK)
-SHINS = _lattice((-0.14, 0.14), (0.42, 0.58))
+SHINS = _lattice((-0.14, 0.14), (0.38, 0.56))
 AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40), 0.05, LOOK)
 AROUND = np.concatenate(
     [
