@@ -7,9 +7,11 @@ MODULE := samp_blender
 .PHONY: venv test demo bench evaluate package lint format matrix
 
 venv: $(VENV)/ready
+	@$(PY) .ci/check_system.py
 
 # bpy and torch are pinned: a looser torch pulls a CUDA build of several gigabytes.
 $(VENV)/ready: requirements.txt pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "Python 3.11 is needed: install it, or name it with PYTHON=..." >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install -q --disable-pip-version-check torch==2.13.0
 	$(PY) -m pip install -q --disable-pip-version-check -r requirements.txt
@@ -26,6 +28,21 @@ lint: venv
 format: venv
 	$(VENV)/bin/ruff check --fix .
 	$(VENV)/bin/ruff format .
+
+# Leaves demo/demo.blend, a contact sheet of each take and a short film.
+demo: venv
+	$(PY) demo/make_demo.py
+
+# On the machine at hand: the scene, the rollout, a bake and the whole click.
+bench: venv
+	$(PY) -m $(MODULE).benchmarks.scene
+	$(PY) -m $(MODULE).benchmarks.rollout
+	$(PY) -m $(MODULE).benchmarks.click
+
+# The papers' measures, on furniture that no training has seen.
+evaluate: venv
+	$(PY) -m $(MODULE).training.goals.evaluate
+	$(PY) -m $(MODULE).training.evaluate
 
 # Blender's own builder of extensions comes with the bpy wheel.
 BUILDER = $(firstword $(wildcard $(VENV)/lib/python3.11/site-packages/bpy/*/scripts/addons_core/bl_pkg/cli/blender_ext.py))

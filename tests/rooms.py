@@ -86,6 +86,12 @@ def crate(rng):
 OBSTACLES = (table, cabinet, crate)
 
 
+def turned(points, yaw):
+    """Points (..., 3) turned about the vertical."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T
+
+
 @dataclass(frozen=True)
 class Piece:
     """boxes: (low, high) corners around the origin. at: (x, z); yaw: radians."""
@@ -98,7 +104,7 @@ class Piece:
     @property
     def triangles(self):
         points = np.concatenate([box(low, high) for low, high in self.boxes])
-        return self._turned(points, self.yaw) + [self.at[0], 0, self.at[1]]
+        return turned(points, self.yaw) + [self.at[0], 0, self.at[1]]
 
     @property
     def half(self):
@@ -108,13 +114,8 @@ class Piece:
 
     def covers(self, points, margin=0.0):
         """Flags (N,) of points (N, 3) over the footprint."""
-        local = self._turned(points - [self.at[0], 0, self.at[1]], -self.yaw)
+        local = turned(points - [self.at[0], 0, self.at[1]], -self.yaw)
         return (np.abs(local[:, [0, 2]]) <= self.half + margin).all(-1)
-
-    @staticmethod
-    def _turned(points, yaw):
-        c, s = np.cos(yaw), np.sin(yaw)
-        return points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T
 
 
 @dataclass(frozen=True)

@@ -69,13 +69,12 @@ def look(
         for figure in figures:
             figure.show(frame)
 
-    sheet = contact_sheet.contact_sheet(
-        scene, track, show, out, fps=motions[0].fps, count=count, follow=follow, size=size
-    )
+    views = contact_sheet.CLOSE_VIEWS if follow else contact_sheet.VIEWS
+    keywords = {"fps": motions[0].fps, "count": count, "size": size, "views": views}
+    sheet = contact_sheet.contact_sheet(scene, track, show, out, **keywords)
     if movie is not None:
         frames = range(len(track.pelvis))
-        view = contact_sheet.VIEWS[0]
-        made = contact_sheet.pictures(scene, track, frames, show, view, follow=follow, size=(480, 360))
+        made = contact_sheet.pictures(scene, track, frames, show, views[0], size=(480, 360))
         write_movie(movie, made, motions[0].fps)
     stage.clear(scene)
     return sheet

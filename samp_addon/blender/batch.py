@@ -57,9 +57,8 @@ def _one(options: Mapping[str, Any], tools: Tools | None) -> int:
         _complain(error["message"])
     if not _write_report(order.report, outcome.variants, outcome.errors) or outcome.errors:
         return FAILED
-    _say(
-        f"Baked {_counted(len(outcome.variants), 'take')}: {', '.join(map(str, outcome.files)) or 'report only'}"
-    )
+    files = ", ".join(map(str, outcome.files)) or "the report"
+    _say(f"Baked {_counted(len(outcome.variants), 'take')}: {files}")
     return DONE
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -22,14 +22,22 @@ _FIELD_OF_VIEW = math.radians(40.0)
 
 @dataclass(frozen=True)
 class View:
-    """A side to look from; degrees. azimuth: from the character's front, positive to its left."""
+    """A side to look from; degrees. azimuth: from the character's front, positive to its left.
+
+    follow: close-ups that turn with the character (True), one standpoint that sees the whole path (False).
+    """
 
     name: str
     azimuth: float
     elevation: float
+    follow: bool = False
 
 
 VIEWS = (View("front", 35.0, 18.0), View("side", 100.0, 8.0))
+CLOSE_VIEWS = tuple(replace(view, follow=True) for view in VIEWS)
+
+# Things nearer to a close-up's camera than the character by more than this are cut away.
+_REACH = 1.2
 
 
 @dataclass(frozen=True)
@@ -74,7 +82,7 @@ def _framing(track: Track, at: int, follow: bool) -> tuple[np.ndarray, float, fl
     low, high = track.pelvis.min(0), track.pelvis.max(0)
     centre = (low + high) / 2
     radius = max(float(np.linalg.norm(high - low)) / 2 + 0.85, 1.15)
-    return centre, float(track.front[-1]), radius / math.tan(_FIELD_OF_VIEW / 2)
+    return centre, float(track.front[-1]), 0.85 * radius / math.tan(_FIELD_OF_VIEW / 2)
 
 
 def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
@@ -94,7 +102,6 @@ def pictures(
     show: Callable[[int], None],
     view: View,
     *,
-    follow: bool,
     size: tuple[int, int],
     labels: Sequence[str] | None = None,
 ) -> list[np.ndarray]:
@@ -105,7 +112,9 @@ def pictures(
         tiles = []
         for count, frame in enumerate(frames):
             show(frame)
-            _aim(camera, view, *_framing(track, frame, follow))
+            centre, angle, distance = _framing(track, frame, view.follow)
+            camera.data.clip_start = distance - _REACH if view.follow else 0.1
+            _aim(camera, view, centre, angle, distance)
             if labels is not None:
                 render.stamp(scene, labels[count])
             tiles.append(render.picture(scene))
@@ -132,20 +141,18 @@ def contact_sheet(
     *,
     fps: float,
     count: int = 12,
-    follow: bool = False,
     size: tuple[int, int] = (320, 320),
     views: Sequence[View] = VIEWS,
 ) -> Path:
     """Write a PNG with `count` evenly spaced frames of a take from each side, stamped with frame and time.
 
     track: where the character is, (T, 3). show: brings frame i of the track up in the scene.
-    follow: close-ups that turn with the character; otherwise one standpoint that sees the whole path.
     """
     frames = np.unique(np.linspace(0, len(track.pelvis) - 1, count).round().astype(int)).tolist()
     tiles = []
     for view in views:
         labels = [f"{view.name}  {frame}  {frame / fps:.2f} s" for frame in frames]
-        tiles += pictures(scene, track, frames, show, view, follow=follow, size=size, labels=labels)
+        tiles += pictures(scene, track, frames, show, view, size=size, labels=labels)
         tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % min(6, len(frames)))
     render.write_png(path, tile(tiles, min(6, len(frames))))
     return Path(path)

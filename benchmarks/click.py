@@ -1,0 +1,75 @@
+"""Seconds that an artist waits: a bake, and the whole click of Sit Here in the demo's living room.
+
+python -m samp_blender.benchmarks.click
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..samp_addon import rotation
+from ..samp_addon.blender import actions, character, jobs
+from ..samp_addon.errors import SampError
+from ..samp_addon.job import Job
+from ..samp_addon.motion import Motion
+
+FRAMES = 600
+CLICKS = 4
+SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), hold=2.5)
+
+
+def bake_seconds(runs: int = 5) -> float:
+    """Median seconds to write a take of 600 frames and 55 joints."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    owner = character.create_character(bpy.context)
+    rng = np.random.default_rng(0)
+    rotations = rotation.from_axis_angle(rng.normal(scale=0.3, size=(FRAMES, 55, 3)))
+    take = Motion(np.tile([0.0, 0.95, 0.0], (FRAMES, 1)), rotations)
+    return float(np.median([_timed(lambda: actions.write_motion(owner, take)) for _ in range(runs)]))
+
+
+def click_seconds() -> list[tuple[float, dict]]:
+    """Wall seconds and the report's entry of each click of Sit Here, the first one with all that is loaded."""
+    sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "demo"))
+    import build_room
+
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    build_room.build(bpy.context.scene)
+    character.create_character(bpy.context, location=SIT.start[:3])
+    made = []
+    for seed in range(CLICKS):
+        results = []
+        took = _timed(lambda s=seed, r=results: r.append(jobs.run(bpy.context, replace(SIT, seed=s))))
+        made.append((took, results[0].variants[0]))
+    return made
+
+
+def _timed(work: object) -> float:
+    begun = time.perf_counter()
+    work()
+    return time.perf_counter() - begun
+
+
+def main() -> None:
+    """Prints a line for each measure."""
+    print(f"bake of {FRAMES} frames, 55 bones: {1000 * bake_seconds():.0f} ms")
+    try:
+        clicks = click_seconds()
+    except SampError as error:
+        print(f"whole click: {error}")
+        return
+    for count, (took, variant) in enumerate(clicks):
+        length = (variant["frame_end"] - variant["frame_start"]) / variant["fps"]
+        parts = ", ".join(f"{name} {seconds:.2f}" for name, seconds in variant["seconds"].items())
+        which = "first click" if count == 0 else "click"
+        print(f"{which}: {took:.1f} s for a take of {length:.1f} s ({parts})")
+
+
+if __name__ == "__main__":
+    main()

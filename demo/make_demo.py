@@ -1,0 +1,106 @@
+"""The demo: three ways to sit on the sofa of a furnished room, and a walk. `make demo` runs it.
+
+Leaves beside this file demo.blend, report.json, a contact sheet of each take, and a short film.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+import build_room
+import numpy as np
+from samp_blender.samp_addon.blender import actions, contact_sheet, jobs, movie, render
+from samp_blender.samp_addon.errors import SampError
+from samp_blender.samp_addon.job import Job
+from samp_blender.samp_addon.synthesis.chain import Tools
+
+HERE = Path(__file__).resolve().parent
+SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), seed=1, variants=3, hold=2.5)
+WALK = Job(action="walk", to=(2.2, -1.6, 0.0, 0.0), start=(-2.7, -0.2, 0.0, 120.0), seed=1, hold=1.0)
+VIEWS = (contact_sheet.VIEWS[0], *contact_sheet.CLOSE_VIEWS)
+FILM_SIZE, FILM_STEP = (640, 360), 2
+
+
+def bake(tools: Tools | None) -> jobs.Result:
+    """Furnishes an empty file and bakes all takes onto one character, the first one active."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    build_room.build(scene)
+    sits = jobs.run(bpy.context, SIT, tools=tools)
+    walks = jobs.run(bpy.context, WALK, tools=tools)
+    actions.activate_action(sits.owner, sits.actions[0])
+    variants, made = sits.variants + walks.variants, sits.actions + walks.actions
+    scene.frame_end = max(variant["frame_end"] for variant in variants)
+    return jobs.Result(sits.owner, made, variants, sits.failures + walks.failures)
+
+
+def file_name(variant: dict) -> str:
+    """Of a take's contact sheet."""
+    return variant["action_name"].lower().replace(" ", "_") + ".png"
+
+
+def sheet(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
+    """The contact sheet of a take: the whole way, then close from two sides."""
+    scene = bpy.context.scene
+    actions.activate_action(owner, action)
+    take = actions.read_motion(owner, action, scene=scene)
+    first = int(action.frame_range[0])
+    contact_sheet.contact_sheet(
+        scene,
+        contact_sheet.Track.of(take),
+        lambda frame: scene.frame_set(first + frame),
+        path,
+        fps=take.fps,
+        views=VIEWS,
+    )
+
+
+def film(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
+    """A take as the room's camera sees it."""
+    scene = bpy.context.scene
+    actions.activate_action(owner, action)
+    render.prepare(scene, *FILM_SIZE)
+    scene.render.use_stamp = False
+    first, last = (int(frame) for frame in action.frame_range)
+
+    def pictures() -> Iterator[np.ndarray]:
+        for frame in range(first, last + 1, FILM_STEP):
+            scene.frame_set(frame)
+            yield render.picture(scene)
+
+    movie.write_movie(path, pictures(), actions.frames_per_second(scene) / FILM_STEP)
+
+
+def main(folder: Path = HERE, tools: Tools | None = None) -> int:
+    """Makes the demo; the exit status."""
+    begun = time.perf_counter()
+    try:
+        result = bake(tools)
+        report = jobs.report(result.variants, [vars(failure) for failure in result.failures])
+        (folder / "report.json").write_text(json.dumps(report, indent=1) + "\n")
+        bpy.ops.wm.save_as_mainfile(filepath=str(folder / "demo.blend"), copy=True)
+        print(f"Baked {len(result.actions)} takes in {time.perf_counter() - begun:.1f} s")
+        camera = bpy.context.scene.camera
+        for variant, action in zip(result.variants, result.actions, strict=True):
+            sheet(result.owner, action, folder / file_name(variant))
+            numbers = variant["metrics"]
+            away, turned = numbers["position_error_cm"], numbers["rotation_error_deg"]
+            print(f"{file_name(variant)}: {away:.1f} cm and {turned:.1f} deg from the goal")
+        bpy.context.scene.camera = camera
+        film(result.owner, result.actions[0], folder / "demo.mp4")
+    except SampError as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return 1
+    for failure in result.failures:
+        print(f"demo: seed {failure.seed}: {failure.message}", file=sys.stderr)
+    print(f"Everything is in {folder}, after {time.perf_counter() - begun:.0f} s")
+    return int(bool(result.failures))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,93 @@
+"""What is run by hand or by make: the demo, the evaluation, the judge's rooms, the check for system packages."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import fakes
+import numpy as np
+import pytest
+import rooms
+from samp_blender.samp_addon.blender import read_scene, render
+from samp_blender.samp_addon.scene import navmesh, path, seats
+from samp_blender.training import evaluate
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def demo():
+    sys.path.insert(0, str(ROOT / "demo"))
+    yield importlib.import_module("make_demo")
+    sys.path.remove(str(ROOT / "demo"))
+
+
+@pytest.mark.skipif(not render.offscreen_works(), reason="no libEGL here")
+def test_the_demo_leaves_what_it_promises(demo, tmp_path, monkeypatch):
+    monkeypatch.setattr(demo, "FILM_STEP", 40)
+    monkeypatch.setattr(demo, "FILM_SIZE", (160, 90))
+    monkeypatch.setattr(demo, "VIEWS", demo.VIEWS[:1])
+    pytest.importorskip("imageio_ffmpeg")
+    assert demo.main(tmp_path, fakes.TOOLS) == 0
+    names = {p.name for p in tmp_path.iterdir()}
+    sheets = {"sit_sofa_1.png", "sit_sofa_2.png", "sit_sofa_3.png", "walk_1.png"}
+    assert names == sheets | {"demo.blend", "demo.mp4", "report.json"}
+    variants = json.loads((tmp_path / "report.json").read_text())["variants"]
+    assert [v["action"] for v in variants] == ["sit", "sit", "sit", "walk"]
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "demo.blend"))
+    assert bpy.data.objects["Human"].animation_data.action.name == "sit Sofa 1"
+    assert bpy.context.scene.frame_end == max(v["frame_end"] for v in variants)
+
+
+@pytest.mark.parametrize("name", ["Sofa", "Armchair"])
+def test_one_can_sit_in_the_demos_room(demo, name):
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    demo.build_room.build(bpy.context.scene)
+    scene = read_scene.read_scene(bpy.context)
+    target = read_scene.read_target(bpy.context, name)
+    goal = seats.find_goals(target.triangles, "sit", obstacles=scene.without(target.parts).triangles)[0]
+    start = np.array([2.0, 0.0, 2.0])
+    assert path.plan_to_goal(navmesh.build(scene.triangles), start, goal).length > 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rooms_have_a_way_around_an_obstacle_to_a_seat_that_faces_the_front(seed):
+    room = rooms.random_room(seed)
+    assert len(room.pieces) == 6
+    goal = seats.find_goals(room.target.triangles, "sit")[0]
+    straight = room.crossings([room.start, goal.position])
+    assert "Obstacle 1" in straight
+    way = path.plan_to_goal(navmesh.build(room.triangles), room.start, goal).waypoints
+    assert room.crossings(way) == []
+
+
+def test_evaluation_prints_what_was_measured(tmp_path):
+    results = evaluate.evaluate("sit", 1, 2, [], fakes.TOOLS)
+    text = evaluate.table("sit", results, [take.motion for take in results.takes])
+    assert text.startswith("sit: 2 takes of 2 asked for")
+    assert "success                          2 of 2" in text
+    assert "foot slide, cm/s" in text
+    stuck = evaluate.evaluate("sit", 1, 2, [], fakes.STUCK)
+    assert evaluate.table("sit", stuck, []) == "sit: 0 takes of 2 asked for"
+    assert evaluate.held_out_seats(tmp_path) == []
+
+
+def test_missing_libraries_are_named():
+    check = runpy.run_path(str(ROOT / ".ci" / "check_system.py"))
+    assert check["loads"]("libnowhere.so.1") is False
+    script = str(ROOT / ".ci" / "check_system.py")
+    code = (
+        "import runpy, sys; m = runpy.run_path(sys.argv[1]); g = m['main'].__globals__;"
+        "g['loads'] = lambda name: name not in ('libEGL.so.1', 'libSM.so.6');"
+        "sys.argv = ['x']; sys.exit(m['main']())"
+    )
+    done = subprocess.run([sys.executable, "-c", code, script], capture_output=True, text=True, check=False)
+    if sys.platform == "linux":
+        assert done.returncode == 1
+        assert done.stderr.strip().endswith("`sudo apt-get install libegl1 libsm6 libgl1-mesa-dri`.")

@@ -1,0 +1,172 @@
+"""Takes on furniture that no training has seen, by the papers' measures: make evaluate
+
+python -m samp_blender.training.evaluate [--rooms 12] [--takes 3] [--furniture FOLDER] [--mocap FOLDER]
+
+The rooms have five obstacles and a start behind one of them. Their seats are the held-out real pieces where the
+furniture is there, and boxes otherwise; real motion beside which feet and jerk are judged needs the test clips.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..samp_addon.errors import SampError
+from ..samp_addon.evaluation import diversity, feet, metrics
+from ..samp_addon.job import Job
+from ..samp_addon.motion import Motion
+from ..samp_addon.scene.geometry import SceneGeometry
+from ..samp_addon.synthesis.chain import Situation, Take, Tools, synthesise
+from ..tests import rooms
+from . import furniture
+from .look import load_motion
+
+SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
+SEATS = ("armchair", "chair", "sofa", "stool", "bench")
+MEDIANS = (
+    ("position_error_cm", "PE, cm"),
+    ("rotation_error_deg", "RE, deg"),
+    ("execution_time_s", "execution time, s"),
+    ("penetration_2cm_percent", "frames deeper than 2 cm, %"),
+    ("penetration_5cm_percent", "frames deeper than 5 cm, %"),
+    ("penetration_max_cm", "deepest, cm"),
+    ("non_collision", "non-collision"),
+    ("contact", "contact"),
+    ("foot_slide_cm_s", "foot slide, cm/s"),
+    ("stance_slide_cm_s", "stance slide, cm/s"),
+    ("stance_share", "share of time in stance"),
+    ("jerk_m_s3", "jerk, m/s^3"),
+)
+
+
+@dataclass
+class Results:
+    """All takes of an action with their measures, and how many seeds failed."""
+
+    takes: list[Take]
+    numbers: list[dict]
+    alike: list[list[Motion]]
+    failed: int = 0
+
+
+def held_out_seats(folder: Path) -> list[furniture.piece.Piece]:
+    """The real pieces to sit on that no training has seen; none where the folder is missing."""
+    try:
+        pieces = furniture.library.load(folder, held_out=True)
+    except FileNotFoundError:
+        return []
+    return [piece for piece in pieces if piece.category in SEATS]
+
+
+def situation(room: rooms.Room, piece: furniture.piece.Piece | None) -> Situation:
+    """A room with a real piece in place of its seat, if there is one."""
+    target = room.target.triangles
+    if piece is not None:
+        turned = rooms.turned(piece.triangles, room.target.yaw)
+        target = turned + [room.target.at[0], 0.0, room.target.at[1]]
+    others = [(obstacle.name, obstacle.triangles) for obstacle in room.pieces[1:]]
+    scene = SceneGeometry.from_objects([("Floor", room.floor), ("Target", target), *others])
+    return Situation(scene, target, ("Target",), (room.start, room.start_yaw))
+
+
+def evaluate(action: str, count: int, takes: int, pieces: Sequence, tools: Tools | None = None) -> Results:
+    """Takes of one action in `count` rooms."""
+    results = Results([], [], [])
+    for seed in range(count):
+        room = rooms.random_room(1000 + seed, rooms.sofa if pieces else None)
+        told = situation(room, pieces[seed % len(pieces)] if pieces else None)
+        job = Job(action=action, target="Target", seed=1000 * seed, variants=takes)
+        if action in ("walk", "run"):
+            # The other corner of the room, seen from the start.
+            place = -room.start * [0.9, 0.0, 0.9]
+            job = replace(job, target="", to=(0.0, 0.0, 0.0))
+            told = replace(told, target=None, parts=(), destination=(place, None))
+        try:
+            made, failures = synthesise(job, told, tools=tools)
+        except SampError as error:
+            print(f"room {seed}: {error}", file=sys.stderr)
+            results.failed += takes
+            continue
+        for failure in failures:
+            print(f"room {seed}, seed {failure.seed}: {failure.message}", file=sys.stderr)
+        results.failed += len(failures)
+        results.takes += made
+        results.numbers += [
+            metrics.measure(take.motion, take.goal, told.scene.triangles, float(take.waypoints[:, 1].min()))
+            for take in made
+        ]
+        if len(made) > 1:
+            results.alike.append([take.motion for take in made])
+    return results
+
+
+def real_motion(folder: Path, action: str) -> list[Motion]:
+    """Test clips of an action, by the labels; none where the folder is missing."""
+    names = {"sit": ("sit", "sit_down"), "walk": ("walk",), "run": ("run",)}[action]
+    found = []
+    for path in sorted(folder.glob("*.npz")):
+        with np.load(path) as data:
+            labels = data["label_names"][data["label"]]
+        if np.isin(labels, names).mean() > 0.3:
+            found.append(load_motion(path))
+    return found
+
+
+def table(action: str, results: Results, real: Sequence[Motion]) -> str:
+    """The measures of an action as lines of text."""
+    asked = len(results.takes) + results.failed
+    lines = [f"{action}: {len(results.takes)} takes of {asked} asked for"]
+    if not results.takes:
+        return lines[0]
+    won = sum(bool(numbers["success"]) for numbers in results.numbers)
+    lines.append(f"  {'success':32s} {won} of {asked}")
+    reference = _reference(real)
+    for key, name in MEDIANS:
+        values = [numbers[key] for numbers in results.numbers if numbers.get(key) is not None]
+        if values:
+            beside = f"   (real motion {reference[key]:.2f})" if key in reference else ""
+            lines.append(f"  {name:32s} {statistics.mean(values):.2f}{beside}")
+    if results.alike:
+        apd = statistics.mean(diversity.diversity(motions) for motions in results.alike)
+        beside = f"   (real motion {diversity.diversity(real):.2f})" if len(real) > 1 else ""
+        lines.append(f"  {'APD':32s} {apd:.2f}{beside}")
+    if real:
+        lines.append(f"  {'FD':32s} {diversity.motion_distance([t.motion for t in results.takes], real):.2f}")
+    return "\n".join(lines)
+
+
+def _reference(real: Sequence[Motion]) -> dict[str, float]:
+    """What real motion measures at the feet and in jerk, mean over clips."""
+    told = [feet.measures(motion, 0.0) | {"jerk_m_s3": metrics.jerk(motion)} for motion in real]
+    return {
+        key: statistics.mean(values)
+        for key in ("foot_slide_cm_s", "stance_slide_cm_s", "stance_share", "jerk_m_s3")
+        if (values := [one[key] for one in told if one[key] is not None])
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Prints the tables; the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rooms", type=int, default=12)
+    parser.add_argument("--takes", type=int, default=3)
+    parser.add_argument("--actions", nargs="+", default=["sit", "walk"])
+    parser.add_argument("--furniture", type=Path, default=SHARED / "furniture")
+    parser.add_argument("--mocap", type=Path, default=SHARED / "mocap" / "test")
+    options = parser.parse_args(arguments)
+    pieces = held_out_seats(options.furniture)
+    print(f"seats: {len(pieces)} held-out pieces" if pieces else "seats: boxes (no furniture folder)")
+    for action in options.actions:
+        real = real_motion(options.mocap, action)
+        print(table(action, evaluate(action, options.rooms, options.takes, pieces), real), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
