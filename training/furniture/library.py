@@ -130,3 +130,16 @@ def _accessor(head: dict, body: bytes, index: int) -> np.ndarray:
     start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
     stride = view.get("byteStride", kind.itemsize * width)
     return np.ndarray((accessor["count"], width), kind, body, start, (stride, kind.itemsize)).copy()
+
+
+def write_credits(path: Path, folder: Path = DEFAULT_FOLDER) -> None:
+    """Writes who made the pieces that training uses, and under which licence: CC-BY asks that they be named."""
+    with open(Path(folder) / "manifest.csv", newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if not is_held_out(Path(row["file"]).stem)]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(["piece", "creator", "licence"])
+        for row in rows:
+            stem = Path(row["file"]).stem
+            if stem not in NOT_FURNITURE:
+                out.writerow([stem, row["creator"], row["licence"]])

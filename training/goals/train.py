@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import pickle
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,26 +23,50 @@ BETA = 0.5
 LEARNING_RATE = 1e-3
 EPOCHS = 100
 BATCH = 256
-GOALS_AN_EPOCH = 3
+GOALS_AN_EPOCH = 6
 """Goals drawn of each object in each epoch."""
 TURNED = 0.25
 """Share of samples whose grid lies turned by quarters: fronts are inferred, and some objects have none."""
 
 
-def batches(objects: list[LabelledObject], rng: np.random.Generator) -> list[tuple[torch.Tensor, ...]]:
-    """One epoch of (features, action, goal): mirrored half the time, goals drawn by their weights."""
-    features, actions, goals = [], [], []
-    for one in objects:
-        for _ in range(GOALS_AN_EPOCH):
-            seen = one.mirrored() if rng.random() < 0.5 else one
-            if rng.random() < TURNED:
-                seen = seen.turned(int(rng.integers(1, 4)))
-            features.append(seen.features().astype(np.float32))
-            actions.append(seen.action)
-            goals.append(seen.goals[rng.choice(len(seen.goals), p=seen.weights)])
-    order = rng.permutation(len(features))
-    stacked = np.stack(features)[order], np.array(actions)[order], np.stack(goals).astype(np.float32)[order]
-    return list(zip(*(torch.from_numpy(a).split(BATCH) for a in stacked), strict=True))
+@dataclass(frozen=True)
+class Table:
+    """All objects as they are, mirrored and turned by quarters: eight views of each.
+
+    features: (8 N, 2048) and goals: (8, G, 6), view by view of 4 x mirrored + quarter turns. actions: (N,).
+    cumulative: (G,) number of the goal's object plus the summed weights of its goals up to this one.
+    """
+
+    features: np.ndarray
+    goals: np.ndarray
+    actions: np.ndarray
+    cumulative: np.ndarray
+
+    @classmethod
+    def of(cls, objects: list[LabelledObject]) -> Table:
+        """The table of labelled objects."""
+        views = [
+            [seen.turned(quarters) for seen in (one, one.mirrored()) for quarters in range(4)]
+            for one in objects
+        ]
+        return cls(
+            np.stack([view.features().astype(np.float32) for row in views for view in row]),
+            np.stack([np.concatenate([row[k].goals for row in views]) for k in range(8)]).astype(np.float32),
+            np.array([one.action for one in objects]),
+            # The last of each object is a whole number, so that no draw falls into the next object's goals.
+            np.concatenate(
+                [np.append(k + np.cumsum(one.weights[:-1]), k + 1) for k, one in enumerate(objects)]
+            ),
+        )
+
+    def epoch(self, rng: np.random.Generator) -> list[tuple[torch.Tensor, ...]]:
+        """Batches of (features, action, goal): mirrored half the time, goals drawn by their weights."""
+        one = rng.permutation(np.repeat(np.arange(len(self.actions)), GOALS_AN_EPOCH))
+        quarters = np.where(rng.random(len(one)) < TURNED, rng.integers(1, 4, len(one)), 0)
+        view = 4 * rng.integers(0, 2, len(one)) + quarters
+        goal = np.searchsorted(self.cumulative, one + rng.random(len(one)), side="right")
+        stacked = self.features[8 * one + view], self.actions[one], self.goals[view, goal]
+        return list(zip(*(torch.from_numpy(a).split(BATCH) for a in stacked), strict=True))
 
 
 def train(
@@ -50,12 +75,13 @@ def train(
     """A network trained on the objects with Adam, the learning rate falling to zero."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
+    table = Table.of(objects)
     net = goal_net.GoalNet()
     optimiser = torch.optim.Adam(net.parameters(), LEARNING_RATE)
     schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda epoch: 1 - epoch / epochs)
     for epoch in range(epochs):
         losses = []
-        for features, action, goal in batches(objects, rng):
+        for features, action, goal in table.epoch(rng):
             optimiser.zero_grad()
             value = goal_net.loss(*_arranged(net(features, action, goal), goal), beta)
             value.backward()
@@ -89,8 +115,8 @@ def main() -> None:
     """Labels, trains, measures on held-out furniture, writes the weights."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--copies", type=int, default=24, help="scaled copies of each real piece")
-    parser.add_argument("--procedural", type=int, default=140, help="procedural pieces of each category")
+    parser.add_argument("--copies", type=int, default=12, help="scaled copies of each real piece")
+    parser.add_argument("--procedural", type=int, default=60, help="procedural pieces of each category")
     parser.add_argument("--epochs", type=int, default=EPOCHS)
     parser.add_argument("--beta", type=float, default=BETA, help="weight of the Kullback-Leibler term")
     parser.add_argument("--workers", type=int, default=1, help="processes that label")
