@@ -228,3 +228,19 @@ def test_free_places(distance):
     again = navmesh.free_place(mesh, near, distance, np.random.default_rng(0))
     np.testing.assert_array_equal(again[0], places[0][0])
     assert len({tuple(position) for position, _ in places}) > 5 or distance[0] == 40.0
+
+
+def test_low_things_are_stepped_ground_and_no_place_to_start():
+    futon = layouts.box((-1, 0, -1), (1, 0.18, 1))
+    mesh = navmesh.build(join(FLOOR, futon))
+    rough = mesh.ground.rough[mesh.walkable]
+    assert rough[mesh.points[:, 1] > 0.1].all() and not rough.all()
+    for seed in range(20):
+        place, _ = navmesh.free_place(mesh, [0, 0.3, 0], (0.0, 2.5), np.random.default_rng(seed))
+        assert place[1] < 0.1
+    sunken = join(
+        layouts.floor(3, 3, 0.0), layouts.floor(8, 3, 0.2, by=(0, 3)), layouts.floor(8, 3, 0.2, by=(0, -3))
+    )
+    mesh = navmesh.build(sunken)
+    middle = mesh.ground.at(np.zeros(3))
+    assert not mesh.ground.rough[middle], "a small room that one steps down into is no furniture"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from .heightfield import Grid, Places
 
@@ -12,6 +14,12 @@ DIRECTIONS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
 """Columns (x, z) to the four neighbours; direction d + 2 is the way back."""
 ABRUPT = 0.07
 """Metres. A higher step between two cells is climbed, not walked over: such ground costs more."""
+LARGEST_TOP = 8.0
+"""Square metres. A larger raised part of the ground is a stage or a storey, not a bed or a table."""
+STEEP = 0.12
+"""Metres. Ground that rises so much over six cells costs more as well: the round edge of a futon, a steep ramp."""
+TOP, LOOK_AROUND = 0.08, 0.6
+"""Metres by which a low piece of furniture rises over the ground within so many metres around it."""
 STEP_MARGIN = 0.01
 """Metres. Stairs drawn exactly as high as the character's step stay passable."""
 
@@ -22,7 +30,8 @@ class Ground:
 
     links: (4, N) the neighbour in each of DIRECTIONS that can be stepped to, or -1.
     clearance: (N,) metres from the middle of the place to the nearest obstacle or edge, up to some reach.
-    rough: (N,) close to an abrupt step. smooth: (4, N) the links without such a step.
+    rough: (N,) on steep ground, close to an abrupt step, or on a low thing that one steps onto. smooth: (4, N) the
+    links without such a step.
     """
 
     grid: Grid
@@ -69,6 +78,9 @@ def join(
     climbed = ((links >= 0) & (smooth < 0)).any(axis=0)
     clearance = _clearance(links, int(np.ceil(reach / grid.cell))) * grid.cell
     rough = _grown(links, climbed, int(round(radius / grid.cell)))
+    low, high = _around(links, places.height, 3)
+    rough |= high - low > max(STEEP, 6 * grid.cell * np.tan(np.radians(20)))
+    rough |= _low_tops(places, links, smooth, rough, grid.cell)
     return Ground(grid, places, index, links, smooth, clearance, rough)
 
 
@@ -153,3 +165,53 @@ def _grown(links: np.ndarray, flags: np.ndarray, rounds: int) -> np.ndarray:
         changed = near[~flags[near]]
         flags[changed] = True
     return flags
+
+
+def _low_tops(
+    places: Places, links: np.ndarray, smooth: np.ndarray, uneven: np.ndarray, cell: float
+) -> np.ndarray:
+    """Flags (N,): places on something no larger than furniture that rises a step over the ground around it.
+
+    Such as a futon, whose round edges one can walk up. uneven: (N,) flags of the places that lie on no level part.
+    """
+    label = connected(len(places), pairs(smooth, ~uneven))
+    count = np.bincount(label)
+    height = np.bincount(label, places.height) / count
+    small = (count * cell**2 <= LARGEST_TOP)[label] & ~uneven
+    rounds = int(np.ceil(LOOK_AROUND / cell))
+    near = np.flatnonzero(_grown(links, small, rounds))
+    number = np.full(len(places) + 1, -1)
+    number[near] = np.arange(len(near))
+    low, high = _around(number[links[:, near]], places.height[near], rounds)
+    # Of the level part as a whole, which may be wider than one looks around.
+    lowest, highest = np.full((2, len(count)), [[np.inf], [-np.inf]])
+    np.minimum.at(lowest, label[near], low)
+    np.maximum.at(highest, label[near], high)
+    return ((height - lowest > TOP) & (highest - height < TOP))[label] & small
+
+
+def _around(links: np.ndarray, height: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest ground (N,) within so many steps of each place."""
+    beside = [np.where(target >= 0, target, np.arange(len(height))) for target in links]
+    low, high = height, height
+    for _ in range(rounds):
+        low = np.minimum.reduce([low, *(low[there] for there in beside)])
+        high = np.maximum.reduce([high, *(high[there] for there in beside)])
+    return low, high
+
+
+def pairs(links: np.ndarray, chosen: np.ndarray | None = None) -> np.ndarray:
+    """Pairs (K, 2) of places, both among the chosen (N,) flags, that links (4, N) lead between."""
+    found = []
+    for target in links[:2]:
+        here = np.flatnonzero(target >= 0)
+        if chosen is not None:
+            here = here[chosen[here] & chosen[target[here]]]
+        found.append(np.stack([here, target[here]], axis=1))
+    return np.concatenate(found)
+
+
+def connected(count: int, joined: np.ndarray) -> np.ndarray:
+    """Labels (count,) of the parts that pairs (K, 2) connect."""
+    links = sparse.coo_matrix((np.ones(len(joined), dtype=bool), tuple(joined.T)), shape=(count, count))
+    return csgraph.connected_components(links, directed=False)[1]

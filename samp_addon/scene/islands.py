@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
-from .ground import DIRECTIONS, Ground
+from .ground import DIRECTIONS, LARGEST_TOP, Ground, connected, pairs
 
 SMALLEST = 0.3
 """Square metres of walkable ground. Smaller parts are dropped."""
-LARGEST_TOP = 8.0
-"""Square metres. A larger raised part is a stage or a storey, not a bed or a table."""
 HIGHEST_TOP = 1.6
 """Metres. What is higher over the ground beside it is no furniture that one could mistake for floor."""
 OPEN_EDGE = 0.05
@@ -22,7 +18,7 @@ LOOK = 3
 
 def worth_keeping(ground: Ground, walkable: np.ndarray, step: float) -> np.ndarray:
     """The walkable places (N,) flags less small parts and furniture's tops; the largest part stays."""
-    chosen = _joined(ground, walkable)
+    chosen = pairs(ground.links, walkable)
     label = connected(len(walkable), chosen)
     size = np.bincount(label[walkable], minlength=int(label.max(initial=0)) + 1)
     enough = size * ground.grid.cell**2 >= SMALLEST
@@ -32,25 +28,9 @@ def worth_keeping(ground: Ground, walkable: np.ndarray, step: float) -> np.ndarr
     return walkable & enough[label] & ~top
 
 
-def connected(count: int, pairs: np.ndarray) -> np.ndarray:
-    """Labels (count,) of the parts that pairs (K, 2) connect."""
-    links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), tuple(pairs.T)), shape=(count, count))
-    return csgraph.connected_components(links, directed=False)[1]
-
-
-def _joined(ground: Ground, chosen: np.ndarray) -> np.ndarray:
-    """Pairs (K, 2) of chosen places (N,) that can be stepped between."""
-    pairs = []
-    for direction in (0, 1):
-        target = ground.links[direction]
-        here = np.flatnonzero((target >= 0) & chosen & chosen[target])
-        pairs.append(np.stack([here, target[here]], axis=1))
-    return np.concatenate(pairs)
-
-
 def _furniture_tops(ground: Ground, step: float) -> np.ndarray:
     """Flags (N,): places on a part that nothing leads onto and that rises over the ground beside it."""
-    label = connected(len(ground.places), _joined(ground, np.ones(len(ground.places), dtype=bool)))
+    label = connected(len(ground.places), pairs(ground.links))
     edge, above = np.zeros((2, len(ground.places)), dtype=int)
     for direction in range(4):
         here = np.flatnonzero(ground.links[direction] < 0)

@@ -84,7 +84,7 @@ class NavMesh:
     @cached_property
     def islands(self) -> np.ndarray:
         """For each polygon (P,) the number of the connected part it belongs to."""
-        return islands.connected(len(self.pieces), self.portals.pieces)
+        return ground.connected(len(self.pieces), self.portals.pieces)
 
     @cached_property
     def walkable(self) -> np.ndarray:
@@ -176,13 +176,12 @@ def free_place(
     away = np.hypot(*(points - near).T[[0, 2]])
     away += np.where(np.abs(points[:, 1] - near[1]) > PELVIS, OTHER_STOREY, 0.0)
     parts = navmesh.island_of(numbers)
-    chosen = parts == (_main_part(parts, away) if island is None else island)
-    even = chosen & ~navmesh.ground.rough[numbers]
-    chosen = even if even.any() else chosen
-    numbers, points, away = numbers[chosen], points[chosen], away[chosen]
-    # Where all is crowded, the most open third still leaves a choice.
+    chosen = np.flatnonzero(parts == (_main_part(parts, away) if island is None else island))
     excess = np.maximum(distance[0] - away, 0) + np.maximum(away - distance[1], 0)
-    inside = np.flatnonzero(excess <= max(excess.min(), 1e-9))
+    inside = chosen[excess[chosen] <= max(excess[chosen].min(), 1e-9)]
+    even = inside[~navmesh.ground.rough[numbers[inside]]]
+    inside = even if len(even) else inside
+    # Where all is crowded, the most open third still leaves a choice.
     room = navmesh.ground.clearance[numbers[inside]]
     roomy = inside[room >= min(navmesh.agent.radius + 0.15, np.quantile(room, 0.67))]
     position = points[rng.choice(roomy)]
