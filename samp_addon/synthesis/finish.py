@@ -9,7 +9,6 @@ import numpy as np
 from .. import frames, rotation
 from ..motion import ACTIONS, Motion
 from ..refine.foot_lock import lock_feet
-from .request import Request
 from .route import Route
 
 LAST_STRETCH = 1.2  # metres of way before the goal over which its remaining error is made up
@@ -25,11 +24,16 @@ def interaction_start(motion: Motion, action: str) -> int | None:
     return int(min(idle[-1] + 1, len(motion) - 1)) if len(idle) else 0
 
 
-def finish(motion: Motion, route: Route, request: Request) -> Motion:
-    """The take as it is handed out: on its goal, feet locked, at the heights of its floor."""
-    start = interaction_start(motion, request.action)
-    motion = replace(motion, interaction_start=start)
-    motion = settle_on_goal(motion, route.goals[-1], request.action)
+def finish(motion: Motion, route: Route, action: str, stand_off: float = 0.0) -> Motion:
+    """The take as it is handed out: on its goal, feet locked, at the heights of its floor.
+
+    stand_off: metres by which the route's goal lies in front of where the pelvis shall be (seat_edge.py).
+    """
+    motion = replace(motion, interaction_start=interaction_start(motion, action))
+    motion = settle_on_goal(motion, route.goals[-1], action)
+    if stand_off and motion.interaction_start is not None:
+        back = -stand_off * route.goals[-1][3:6]
+        motion = replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]])
     return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ from .. import rotation, skeleton
 from ..errors import RolloutError, SampError
 from ..motion import ACTIONS, Motion
 from ..scene.voxels import InteractionGrid
-from . import finish
+from . import finish, seat_edge
 from .request import Request
 from .route import Route
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from .rollout import Rollout
 
 ARRIVED = 0.2  # metres from the goal
-STILL = 0.1  # m/s
+STILL = 0.25  # m/s of the pelvis: a seated body still shifts
+PACES = {"walk": 0.9, "run": 2.2}  # m/s that a character does not fall behind on a free stretch
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
 FPS = 30
@@ -79,11 +80,19 @@ class _Take:
     request: Request
     route: Route
     number: int = 0  # of the goal in force
+    stand_off: float = 0.0
     travelled: float = 0.0
     held: int = 0
     done_at: int | None = None
 
+    @property
+    def pace(self) -> float:
+        """Metres a second: everybody has their own, and so has every take."""
+        own = np.random.default_rng(self.request.seed).uniform(0.85, 1.15)
+        return own * PACES.get(self.request.action, PACES["walk"])
+
     def goal(self) -> np.ndarray:
+        """The goal in force (11,)."""
         return self.route.goals[self.number]
 
     def limit(self) -> int:
@@ -106,7 +115,7 @@ class _Take:
         action = int(np.argmax(goal[6:]))
         radius = (2.0 if action == 0 else 1.5) * ARRIVED
         near = np.hypot(pelvis[0] - goal[0], pelvis[2] - goal[2]) < radius
-        settled = self.number == last and near and weights[action] > 0.6 and speed < STILL
+        settled = self.number == last and near and speed < STILL and (action == 0 or weights[action] > 0.6)
         self.held += int(settled)
         if self.held >= max(1, round(self.request.hold_seconds * FPS)) and self.done_at is None:
             self.done_at = frame
@@ -118,7 +127,7 @@ def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list
 
     from . import steering
 
-    takes = [_Take(r, Route(r.start_position, r.waypoints, r.goal, r.action)) for r in requests]
+    takes = [_take(request) for request in requests]
     limit = max(take.limit() for take in takes)
     recorded: dict[str, list[np.ndarray]] = {name: [] for name in RECORDED}
     with torch.inference_mode():
@@ -136,6 +145,17 @@ def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list
                 break
     arrays = {name: np.stack(values) for name, values in recorded.items()}
     return [_finished(take, {name: a[:, k] for name, a in arrays.items()}) for k, take in enumerate(takes)]
+
+
+def _take(request: Request) -> _Take:
+    """The take at its start; a deep seat's goal is first set forward, see seat_edge.py."""
+    goal, stand_off = request.goal, 0.0
+    if request.action == "sit" and request.object_triangles is not None:
+        stand_off = seat_edge.stand_off(request.object_triangles, goal)
+        goal = replace(goal, position=goal.position + stand_off * np.asarray(goal.direction))
+    return _Take(
+        request, Route(request.start_position, request.waypoints, goal, request.action), stand_off=stand_off
+    )
 
 
 def _rollout(takes: list[_Take]) -> Rollout:
@@ -167,7 +187,8 @@ def _objects(takes: list[_Take]) -> tuple[np.ndarray, np.ndarray]:
         key = id(request.object_triangles), request.object_yaw
         if key not in grids:
             grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
-        centres[k] = grids[key].centres - np.array([0.0, take.route.points[-1][1], 0.0])
+        moved = take.stand_off * np.asarray(request.goal.direction)
+        centres[k] = grids[key].centres + moved - np.array([0.0, take.route.points[-1][1], 0.0])
         occupancy[k] = grids[key].occupancy
     return centres, occupancy
 
@@ -204,4 +225,4 @@ def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:
         contacts=arrays["contacts"][:end].astype(np.float64),
         actions=arrays["actions"][:end].astype(np.float64),
     )
-    return finish.finish(motion, take.route, take.request)
+    return finish.finish(motion, take.route, take.request.action, take.stand_off)

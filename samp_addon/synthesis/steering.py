@@ -18,17 +18,20 @@ FOLLOW = 0.6  # share by which the far end of the predicted path is laid onto th
 LOOK_AHEAD = 0.7  # metres along the route to the point that the character is turned towards
 MOST_TURN = np.radians(2.0)  # per frame
 MOST_SHIFT = 0.006  # metres per frame
-LAST_METRE = 1.0
+LAST_STEP = 0.5  # metres before the goal that belong to the network
+SAMPLE_SECONDS = 1 / 6  # between samples of the future path
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame: slower characters turn by themselves
 
 
 class OnRoute(Protocol):
-    """What steering needs of a take: its route, metres travelled along it, and the number of its present goal."""
+    """What steering needs of a take: its route, metres travelled along it, the number of its present goal, and the
+    speed in m/s that it shall not fall behind."""
 
     route: Route
     travelled: float
     number: int
+    pace: float
 
 
 def guides(takes: Sequence[OnRoute]) -> tuple[Follow, Steer]:
@@ -37,12 +40,13 @@ def guides(takes: Sequence[OnRoute]) -> tuple[Follow, Steer]:
 
 
 def _free(take: OnRoute) -> bool:
-    """Whether the take is on its last metre, which belongs to the network and the goal's frame."""
-    return take.number == len(take.route.goals) - 1 and take.route.length - take.travelled < LAST_METRE
+    """Whether the take is on its last step, which belongs to the network and the goal's frame."""
+    return take.number == len(take.route.goals) - 1 and take.route.length - take.travelled < LAST_STEP
 
 
 def follow(takes: Sequence[OnRoute], future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
-    """Bends the predicted future paths (B, 6, 3) onto the routes, far ahead more than near; keeps their speed."""
+    """Bends the predicted future paths (B, 6, 3) onto the routes, far ahead more than near, and lengthens those that
+    fall behind the take's pace: left alone, a slow prediction makes the next one slower still."""
     path = future.numpy().astype(np.float64).copy()
     now = roots.numpy().astype(np.float64)
     share = FOLLOW * (np.arange(1, FUTURE + 1) / FUTURE)
@@ -50,7 +54,9 @@ def follow(takes: Sequence[OnRoute], future: torch.Tensor, roots: torch.Tensor) 
         if _free(take):
             continue
         steps = np.diff(np.concatenate([now[k : k + 1, :2], path[k, :, :2]]), axis=0)
-        ahead = take.travelled + np.cumsum(np.linalg.norm(steps, axis=-1))
+        predicted = np.cumsum(np.linalg.norm(steps, axis=-1))
+        behind = np.maximum(take.pace * SAMPLE_SECONDS * np.arange(1, FUTURE + 1) - predicted, 0.0)
+        ahead = take.travelled + predicted + share * behind
         wanted = take.route.at(ahead)
         way = take.route.at(ahead + 0.2) - take.route.at(ahead - 0.05)
         turn = _wrapped(np.arctan2(way[:, 0], way[:, 1]) - path[k, :, 2])

@@ -42,10 +42,12 @@ def main() -> None:
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--mocap", type=Path, required=True)
     parser.add_argument("--folder", type=Path, default=weights.FOLDER)
+    parser.add_argument("--last", action="store_true", help="the last weights, not their running average")
     options = parser.parse_args()
     body = torch.load(options.work / "checkpoint.pt", map_location="cpu", weights_only=True)
     tensors = {k: v for k, v in body["net"].items() if k.startswith(("input_", "target_", "object_"))}
-    tensors |= {k: v for k, v in body["average"].items() if k.startswith("decoder.")}
+    learnt = body["net" if options.last else "average"]
+    tensors |= {k: v for k, v in learnt.items() if k.startswith("decoder.")}
     heights, poses = start_poses(options.mocap)
     tensors |= {"start_heights": torch.as_tensor(heights), "start_rotations": torch.as_tensor(poses)}
     path = weights.save_weights("motion_net", tensors, options.folder)

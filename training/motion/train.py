@@ -22,8 +22,9 @@ WINDOW = 60  # frames of a rollout, L of section B.3
 # The goal's numbers are never read from a prediction: the caller knows the goal.
 GOAL_WEIGHT = 0.02
 LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
-EMA = 0.99
+EMA = 0.98
 EMA_EVERY = 10
+RUN_TIME_NOISE = 0.1  # standard deviation of z at run time
 
 
 @dataclass
@@ -36,6 +37,7 @@ class Schedule:
     sampling_to: float
     least_truth: float
     kl_weight: float
+    prior_share: float
 
     def keep_truth(self, step: int) -> float:
         """Probability that the true state, not the prediction, is the next input."""
@@ -122,9 +124,12 @@ class Trainer:
             seen = net.normalised_object(features)
             mean, log_variance = net.encode(xn, yn, seen)
             z = mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
+            blind = self._blind(len(x))
+            z = torch.where(blind, RUN_TIME_NOISE * torch.randn_like(mean), z)
             out = net.decoder(z, xn, seen).float()
         error = (out - yn).square() * self.weights
-        kl = -0.5 * (1 + log_variance - mean.square() - log_variance.exp()).float().sum(-1).mean()
+        divergence = -0.5 * (1 + log_variance - mean.square() - log_variance.exp()).float().sum(-1)
+        kl = (divergence * ~blind[:, 0]).mean()
         loss = error.sum(-1).mean() + self.schedule.kl_weight * kl
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
@@ -138,6 +143,15 @@ class Trainer:
         predicted = out.detach() * net.target_std + net.target_mean
         pose = error[:, state.POSE].sum(-1).mean()
         return predicted, {"pose": pose.item(), "kl": kl.item(), "loss": loss.item()}
+
+    def _blind(self, count: int) -> torch.Tensor:
+        """Which rollouts (B, 1) get the noise of run time instead of the encoder's z.
+
+        Left to the encoder alone, the decoder takes the phase of the gait from z; at run time, where z knows
+        nothing, the legs then come to rest within half a second while the body glides on (measured).
+        """
+        first = torch.arange(count, device=self.device) < self.schedule.prior_share * count
+        return first[:, None]
 
     def save(self, path: Path) -> None:
         """A checkpoint to go on from; written beside and then moved, so that a kill never leaves half a file."""
@@ -170,12 +184,15 @@ def main() -> None:
     )
     parser.add_argument("--least-truth", type=float, default=0.15, help="P never falls below this")
     parser.add_argument("--kl", type=float, default=0.6, help="weight of the KL term")
+    parser.add_argument("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     data = dataset.load(options.data, options.work / "features")
-    schedule = Schedule(options.steps, options.rate, *options.sampling, options.least_truth, options.kl)
+    schedule = Schedule(
+        options.steps, options.rate, *options.sampling, options.least_truth, options.kl, options.prior
+    )
     trainer = Trainer(data, schedule, options.batch, options.seed, device)
     checkpoint = options.work / "checkpoint.pt"
     if checkpoint.exists():
