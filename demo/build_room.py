@@ -14,6 +14,7 @@ from contextlib import contextmanager
 import bmesh
 import bpy
 import numpy as np
+from samp_blender.samp_addon.blender import compat
 
 COLOURS = {
     "wall": (0.86, 0.83, 0.77),
@@ -107,10 +108,9 @@ class Room:
         """The material of a colour."""
         value = COLOURS[colour] if isinstance(colour, str) else colour
         if value not in self._materials:
-            made = bpy.data.materials.new(colour if isinstance(colour, str) else "book")
+            made = compat.new_node_material(colour if isinstance(colour, str) else "book")
             linear = [((c + 0.055) / 1.055) ** 2.4 for c in value]
             made.diffuse_color = (*linear, 1.0)
-            made.use_nodes = True
             shader = made.node_tree.nodes["Principled BSDF"]
             shader.inputs["Base Color"].default_value = (*linear, 1.0)
             shader.inputs["Roughness"].default_value = 0.7

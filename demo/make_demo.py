@@ -24,6 +24,7 @@ SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), seed=1, v
 WALK = Job(action="walk", to=(2.2, -1.6, 0.0, 0.0), start=(-2.7, -0.2, 0.0, 120.0), seed=1, hold=1.0)
 VIEWS = (contact_sheet.VIEWS[0], *contact_sheet.CLOSE_VIEWS)
 FILM_SIZE, FILM_STEP = (640, 360), 2
+TILES = 12  # frames from each side
 
 
 def bake(tools: Tools | None) -> jobs.Result:
@@ -56,6 +57,7 @@ def sheet(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None
         lambda frame: scene.frame_set(first + frame),
         path,
         fps=take.fps,
+        count=TILES,
         views=VIEWS,
     )
 
@@ -73,7 +75,8 @@ def film(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
             scene.frame_set(frame)
             yield render.picture(scene)
 
-    movie.write_movie(path, pictures(), actions.frames_per_second(scene) / FILM_STEP)
+    with contact_sheet.shadows_of_bodies(scene):
+        movie.write_movie(path, pictures(), actions.frames_per_second(scene) / FILM_STEP)
 
 
 def main(folder: Path = HERE, tools: Tools | None = None) -> int:

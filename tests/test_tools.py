@@ -33,6 +33,7 @@ def test_the_demo_leaves_what_it_promises(demo, tmp_path, monkeypatch):
     monkeypatch.setattr(demo, "FILM_STEP", 40)
     monkeypatch.setattr(demo, "FILM_SIZE", (160, 90))
     monkeypatch.setattr(demo, "VIEWS", demo.VIEWS[:1])
+    monkeypatch.setattr(demo, "TILES", 2)
     pytest.importorskip("imageio_ffmpeg")
     assert demo.main(tmp_path, fakes.TOOLS) == 0
     names = {p.name for p in tmp_path.iterdir()}

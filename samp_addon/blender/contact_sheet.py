@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -37,7 +38,7 @@ VIEWS = (View("front", 35.0, 18.0), View("side", 100.0, 8.0))
 CLOSE_VIEWS = tuple(replace(view, follow=True) for view in VIEWS)
 
 # Things nearer to a close-up's camera than the character by more than this are cut away.
-_REACH = 1.2
+_REACH = 0.75
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,19 @@ def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
     return camera
 
 
+@contextmanager
+def shadows_of_bodies(scene: bpy.types.Scene) -> Iterator[None]:
+    """Only bodies cast shadows: theirs show whether feet stand, those of furniture take much time."""
+    before = {thing: thing.display.show_shadows for thing in scene.objects if thing.type == "MESH"}
+    try:
+        for thing in before:
+            thing.display.show_shadows = thing.find_armature() is not None or thing.name.startswith("Figure")
+        yield
+    finally:
+        for thing, cast in before.items():
+            thing.display.show_shadows = cast
+
+
 def pictures(
     scene: bpy.types.Scene,
     track: Track,
@@ -107,17 +121,17 @@ def pictures(
 ) -> list[np.ndarray]:
     """Pictures (H, W, 3) of frames (indices of the track) from one side; `show` brings a frame up."""
     render.prepare(scene, *size)
-    camera = add_camera(scene)
+    camera, tiles = add_camera(scene), []
     try:
-        tiles = []
-        for count, frame in enumerate(frames):
-            show(frame)
-            centre, angle, distance = _framing(track, frame, view.follow)
-            camera.data.clip_start = distance - _REACH if view.follow else 0.1
-            _aim(camera, view, centre, angle, distance)
-            if labels is not None:
-                render.stamp(scene, labels[count])
-            tiles.append(render.picture(scene))
+        with shadows_of_bodies(scene):
+            for count, frame in enumerate(frames):
+                show(frame)
+                centre, angle, distance = _framing(track, frame, view.follow)
+                camera.data.clip_start = distance - _REACH if view.follow else 0.1
+                _aim(camera, view, centre, angle, distance)
+                if labels is not None:
+                    render.stamp(scene, labels[count])
+                tiles.append(render.picture(scene))
         return tiles
     finally:
         bpy.data.cameras.remove(camera.data)

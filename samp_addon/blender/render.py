@@ -40,7 +40,7 @@ def prepare(scene: bpy.types.Scene, width: int, height: int) -> None:
     render.engine = "BLENDER_WORKBENCH"
     render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
     render.film_transparent = False
-    scene.display.render_aa = "5"
+    scene.display.render_aa = "FXAA"
     scene.display.light_direction = (0.35, 0.87, 0.35)  # Workbench counts its height as the second number
     shading = scene.display.shading
     shading.light, shading.studio_light = "STUDIO", "paint.sl"
