@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -222,6 +223,20 @@ def test_an_output_that_cannot_be_written(room, tmp_path):
     status, _, complained = bake(*options, "--output", tmp_path / "file" / "out.blend")
     assert (status, complained.count("\n")) == (1, 1)
     assert "--output" in complained
+
+
+@pytest.mark.parametrize(
+    ("command", "meant"),
+    [
+        (["bake.py", "--action", "sit"], ["--action", "sit"]),
+        (["blender", "-b", "r.blend", "--python", "bake.py", "--", "--action", "sit"], ["--action", "sit"]),
+        (["/opt/blender-4.2/blender", "-b", "r.blend", "--python", "bake.py"], []),
+        (["bake.py", "--", "--action", "sit"], ["--action", "sit"]),
+    ],
+)
+def test_arguments_under_blender_follow_two_dashes(monkeypatch, command, meant):
+    monkeypatch.setattr(sys, "argv", command)
+    assert runpy.run_path(str(ROOT / "bake.py"))["arguments"]() == meant
 
 
 def test_help_is_for_people():

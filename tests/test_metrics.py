@@ -157,6 +157,23 @@ def test_depth_limits(depth, percent):
     assert (numbers["penetration_2cm_percent"], numbers["penetration_5cm_percent"]) == percent
 
 
+def test_the_side_is_right_close_to_a_surface():
+    """Vertices a millimetre off a slab's top, inside and outside, whatever the grid's phase."""
+    slab = box((-0.5, -0.2, -0.5), (0.5, 0.1, 0.5))
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-0.45, 0.45, (400, 3))
+    depth = rng.uniform(-0.018, 0.04, 400)
+    depth[np.abs(depth) < 0.001] = 0.001
+    places[:, 1] = 0.1 - depth
+    far = np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]])
+    points = np.concatenate([places, far])
+    free = collision.free_counts(slab, far)
+    grid = collision.SolidGrid.build(slab, points, free)
+    found, touching = collision._point_depth(points, grid, collision.Surface(slab))
+    np.testing.assert_allclose(found[:400], np.maximum(depth, 0), atol=1e-4)
+    np.testing.assert_array_equal(touching[:400], depth >= -collision.CONTACT_DISTANCE)
+
+
 def test_under_a_table_is_outside():
     table = box((-1, 2.0, -1), (1, 2.1, 1))
     numbers = collision.measures(standing(0.2), table)
@@ -173,6 +190,15 @@ def test_contact_within_a_centimetre():
 def test_under_the_floor():
     sunk = collision.measures(standing(0.1, (0, FLOOR - 0.03, 0)), np.zeros((0, 3, 3)), floor=0.0)
     assert sunk["penetration_max_cm"] == pytest.approx(3, abs=0.2)
+
+
+@pytest.mark.parametrize("lift", [0.0, 0.005, 0.012, -0.005])
+def test_a_floor_with_a_thickness_is_only_stood_on(lift):
+    """Its soles are within one cell of a slab 10 cm thick; a carpet 8 mm high lies on it."""
+    slab = np.concatenate([box((-3, -0.1, -3), (3, 0, 3)), box((-1, 0, -1), (1, 0.008, 1))])
+    depth, touching = collision.body_depth(standing(0.5, (0.003, FLOOR + lift, 0.007)), slab, floor=0.0)
+    assert depth.max() == pytest.approx(max(-lift, 0), abs=1e-3)
+    assert touching.any() == (lift < 0.01)
 
 
 def test_a_wall_met_on_a_long_walk():
@@ -195,7 +221,7 @@ def test_exact_distance():
     outside = np.maximum(np.abs(points) - 0.5, 0)
     inside = 0.5 - np.abs(points).max(-1)
     truth = np.where(inside > 0, inside, np.linalg.norm(outside, axis=-1))
-    np.testing.assert_allclose(collision.Surface(solid).distance(points), truth, atol=1e-3)
+    np.testing.assert_allclose(collision.Surface(solid).nearest(points)[0], truth, atol=1e-3)
 
 
 def test_diversity():

@@ -138,20 +138,24 @@ class Surface:
         self._tree = cKDTree(self._samples, balanced_tree=False, compact_nodes=False)
         self._triangles = triangles
 
-    def distance(self, points: np.ndarray, neighbours: int = 4, reach: float = np.inf) -> np.ndarray:
-        """Distances (N,) of points (N, 3), metres; infinite beyond reach."""
+    def nearest(
+        self, points: np.ndarray, neighbours: int = 4, reach: float = np.inf
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Distances (N,) of points (N, 3) in metres, infinite beyond reach, and the closest places (N, 3)."""
         near, index = self._tree.query(points, k=neighbours, distance_upper_bound=reach + 2 * _SPACING)
-        result = np.full(len(points), np.inf)
+        result, places = np.full(len(points), np.inf), points.copy()
         some = np.flatnonzero(np.isfinite(near[:, 0]))
         for k in range(neighbours):
             rows = some[np.isfinite(near[some, k])]
             triangles = self._triangles[self._owners[index[rows, k]]]
-            gap = np.linalg.norm(closest_points(points[rows], triangles) - points[rows], axis=-1)
-            result[rows] = np.minimum(result[rows], gap)
-        return np.where(result <= reach, result, np.inf)
+            closest = closest_points(points[rows], triangles)
+            gap = np.linalg.norm(closest - points[rows], axis=-1)
+            better = gap < result[rows]
+            result[rows[better]], places[rows[better]] = gap[better], closest[better]
+        return np.where(result <= reach, result, np.inf), places
 
     def candidates(self, points: np.ndarray) -> np.ndarray:
-        """Flags (N,) of points (N, 3) among which all are that come within a contact's distance; quick."""
+        """Flags (N,) of points (N, 3) among which all are that lie within a cell of the surface; quick."""
         low, cell = points.min(0) - _MARGIN, 2 * _SPACING
         shape = np.ceil((points.max(0) + _MARGIN - low) / cell).astype(int)
         high = low + shape * cell
@@ -182,7 +186,8 @@ def body_depth(
     vertices = human.skin(body, motion, body.collision).astype(np.float64)
     triangles = np.asarray(triangles, dtype=np.float64)
     if floor is not None:
-        triangles = triangles[np.abs(triangles[..., 1] - floor).max(1) > CONTACT_DISTANCE]
+        # The floor's own slab, and carpets on it, are what `under` below stands for.
+        triangles = triangles[triangles[..., 1].max(1) > floor + CONTACT_DISTANCE]
     depth, touching = _depth_in(vertices, triangles, max(int(_CHUNK_SECONDS * motion.fps), 1))
     if floor is not None:
         under = floor - vertices[..., 1]
@@ -221,10 +226,26 @@ def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[
         points = vertices[part].reshape(-1, 3)
         if not len(near_box(close, points.min(0) - _MARGIN, points.max(0) + _MARGIN)):
             continue
-        inside = SolidGrid.build(triangles, points, free).inside(points)
-        deep, touch = np.zeros(len(points)), inside.copy()
-        deep[inside] = surface.distance(points[inside])
-        near = np.flatnonzero(~inside & surface.candidates(points))
-        touch[near] = np.isfinite(surface.distance(points[near], 2, CONTACT_DISTANCE))
+        grid = SolidGrid.build(triangles, points, free)
+        deep, touch = _point_depth(points, grid, surface)
         depth[part], touching[part] = deep.reshape(-1, depth.shape[1]), touch.reshape(-1, depth.shape[1])
     return depth, touching
+
+
+def _point_depth(points: np.ndarray, grid: SolidGrid, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Depth (N,) and touch flags (N,) of points (N, 3).
+
+    Within a cell of a surface the grid is not sure of the side: there it is asked a cell farther away from it.
+    """
+    inside = grid.inside(points)
+    gap = np.full(len(points), np.inf)
+    gap[inside], deep_places = surface.nearest(points[inside])
+    near = np.flatnonzero(~inside & surface.candidates(points))
+    gap[near], near_places = surface.nearest(points[near], 2, PITCH)
+    places = points.copy()
+    places[inside], places[near] = deep_places, near_places
+    unsure = np.flatnonzero((gap < PITCH) & (gap > _ROUNDING))
+    away = (points[unsure] - places[unsure]) / gap[unsure, None]
+    inside[unsure] = grid.inside(points[unsure] + away * PITCH)
+    inside[gap <= _ROUNDING] = False
+    return np.where(inside, gap, 0.0), inside | (gap <= CONTACT_DISTANCE)
