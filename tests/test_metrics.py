@@ -167,8 +167,8 @@ def test_the_side_is_right_close_to_a_surface():
     places[:, 1] = 0.1 - depth
     far = np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]])
     points = np.concatenate([places, far])
-    free = collision.free_counts(slab, far)
-    grid = collision.SolidGrid.build(slab, points, free)
+    scene = collision.Boxed.of(slab)
+    grid = collision.SolidGrid.build(scene, points, collision.free_counts(scene, far))
     found, touching = collision._point_depth(points, grid, collision.Surface(slab))
     np.testing.assert_allclose(found[:400], np.maximum(depth, 0), atol=1e-4)
     np.testing.assert_array_equal(touching[:400], depth >= -collision.CONTACT_DISTANCE)

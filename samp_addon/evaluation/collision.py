@@ -32,10 +32,32 @@ _CHUNK_SECONDS = 0.5
 _MARGIN = 0.1
 
 
-def _counts(triangles: np.ndarray, low: np.ndarray, shape: np.ndarray) -> Iterator[np.ndarray]:
+@dataclass(frozen=True)
+class Boxed:
+    """Triangles (F, 3, 3) with their bounding boxes, low and high (3, F): asked for parts of them many times."""
+
+    triangles: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, triangles: np.ndarray) -> Boxed:
+        """Measures the boxes."""
+        corners = [np.ascontiguousarray(triangles[:, k].T) for k in range(3)]
+        return cls(triangles, np.minimum.reduce(corners), np.maximum.reduce(corners))
+
+    def overlapping(self, low: np.ndarray, high: np.ndarray, axes: Sequence[int] = (0, 1, 2)) -> np.ndarray:
+        """Flags (F,) of the triangles whose boxes come into the box from low (3,) to high (3,) along axes."""
+        flags = np.ones(len(self.triangles), bool)
+        for k in axes:
+            flags &= (self.high[k] >= low[k]) & (self.low[k] <= high[k])
+        return flags
+
+
+def _counts(scene: Boxed, low: np.ndarray, shape: np.ndarray) -> Iterator[np.ndarray]:
     """For each of the six ways how many more surfaces are left than entered from each cell: (X, Y, Z)."""
     for axis in range(3):
-        crossings = _crossings(triangles, low, shape, axis)
+        crossings = _crossings(scene, low, shape, axis)
         onwards = np.flip(np.cumsum(np.flip(crossings, axis), axis, dtype=np.int16), axis)
         ahead = np.delete(onwards, 0, axis)  # those beyond a cell
         yield ahead
@@ -48,14 +70,14 @@ def _grid_over(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return low, np.ceil((points.max(0) + _MARGIN - low) / PITCH).astype(int)
 
 
-def free_counts(triangles: np.ndarray, free: np.ndarray) -> list[int]:
+def free_counts(scene: Boxed, free: np.ndarray) -> list[int]:
     """What each of the six ways counts at places (N, 3) most of which are outside of all solids.
 
     What stands between them and the sky (walls of one sheet, a room modelled as a box) is no solid.
     """
     low, shape = _grid_over(free)
     places = tuple(np.floor((free - low) / PITCH).astype(int).T)
-    return [int(np.median(way[places])) for way in _counts(triangles, low, shape)]
+    return [int(np.median(way[places])) for way in _counts(scene, low, shape)]
 
 
 @dataclass(frozen=True)
@@ -66,11 +88,11 @@ class SolidGrid:
     solid: np.ndarray
 
     @classmethod
-    def build(cls, triangles: np.ndarray, points: np.ndarray, free: Sequence[int]) -> SolidGrid:
-        """Of triangles (F, 3, 3) around points (N, 3); free: see free_counts."""
+    def build(cls, scene: Boxed, points: np.ndarray, free: Sequence[int]) -> SolidGrid:
+        """Of the scene around points (N, 3); free: see free_counts."""
         low, shape = _grid_over(points)
         votes = np.zeros(shape, np.int8)
-        for way, outside in zip(_counts(triangles, low, shape), free, strict=True):
+        for way, outside in zip(_counts(scene, low, shape), free, strict=True):
             votes += way > outside
         return cls(low, votes > _WAYS // 2)
 
@@ -79,18 +101,18 @@ class SolidGrid:
         return self.solid[tuple(np.floor((points - self.low) / PITCH).astype(np.int64).T)]
 
 
-def _crossings(triangles: np.ndarray, low: np.ndarray, shape: np.ndarray, axis: int) -> np.ndarray:
+def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int) -> np.ndarray:
     """Surfaces that lines through the cells' middles cross along one axis: +1 where a line leaves a solid.
 
     Shape (X, Y, Z) with one more along the axis: entry k counts the crossings between middles k - 1 and k.
     """
     u, v = (axis + 1) % 3, (axis + 2) % 3
-    reach = low + (shape - 1) * PITCH
-    across = ((triangles.max(1) >= low) & (triangles.min(1) <= reach + PITCH))[:, [u, v]].all(1)
-    triangles = triangles[across]
+    met = np.flatnonzero(scene.overlapping(low, low + shape * PITCH, (u, v)))
+    triangles = scene.triangles[met]
+    lowest, highest = ((box[[u, v]][:, met].T - low[[u, v]]) / PITCH - 0.5 for box in (scene.low, scene.high))
     flat = (triangles[:, :, [u, v]] - low[[u, v]]) / PITCH - 0.5  # cell middles at whole numbers
-    first = np.maximum(np.ceil(flat.min(1)).astype(np.int64), 0)
-    last = np.minimum(np.floor(flat.max(1)).astype(np.int64), shape[[u, v]] - 1)
+    first = np.maximum(np.ceil(lowest).astype(np.int64), 0)
+    last = np.minimum(np.floor(highest).astype(np.int64), shape[[u, v]] - 1)
     span = np.maximum(last - first + 1, 0)
     count = span[:, 0] * span[:, 1]
     which = np.repeat(np.arange(len(triangles)), count)
@@ -216,17 +238,19 @@ def measures(
 def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[np.ndarray, np.ndarray]:
     """Depth and touch flags (T, V) of vertices (T, V, 3), by chunks of frames: their boxes are small."""
     depth, touching = np.zeros(vertices.shape[:2]), np.zeros(vertices.shape[:2], bool)
+    scene = Boxed.of(triangles)
     low, high = vertices.min((0, 1)) - _MARGIN, vertices.max((0, 1)) + _MARGIN
-    close = near_box(triangles, low, high)
+    close = triangles[scene.overlapping(low, high)]
     if not len(close):
         return depth, touching
-    surface, free = Surface(close), free_counts(triangles, vertices[0])
+    surface, free = Surface(close), free_counts(scene, vertices[0])
     for start in range(0, len(vertices), chunk):
         part = slice(start, start + chunk)
         points = vertices[part].reshape(-1, 3)
-        if not len(near_box(close, points.min(0) - _MARGIN, points.max(0) + _MARGIN)):
+        low, high = points.min(0) - _MARGIN, points.max(0) + _MARGIN
+        if not scene.overlapping(low, high).any():
             continue
-        grid = SolidGrid.build(triangles, points, free)
+        grid = SolidGrid.build(scene, points, free)
         deep, touch = _point_depth(points, grid, surface)
         depth[part], touching[part] = deep.reshape(-1, depth.shape[1]), touch.reshape(-1, depth.shape[1])
     return depth, touching
