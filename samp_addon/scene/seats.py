@@ -101,13 +101,19 @@ def snap_goal(
     return snap_on(map_of(triangles, floor_height), goal, reach)
 
 
-def snap_on(grid: SupportMap, goal: Goal, reach: float = 0.15) -> Goal | None:
-    """snap_goal on a map that is built already."""
+def snap_on(
+    grid: SupportMap, goal: Goal, reach: float = 0.15, least: float = LEAST_SCORE, enough: float = 0.3
+) -> Goal | None:
+    """snap_goal on a map that is built already.
+
+    least: score under which a place is refused. enough: score above which nothing is gained by moving; a high one
+    draws the goal to better places near by, a low one leaves it where it was asked for.
+    """
     at = grid.to_grid(goal.position)
     yaw = float(frames.direction_yaw(goal.direction)) - grid.yaw
     step = np.arange(-reach, reach + 1e-9, 0.025)
     x, z, turn = (
-        a.ravel() for a in np.meshgrid(step, step, np.radians([0, -15, 15, -30, 30]), indexing="ij")
+        a.ravel() for a in np.meshgrid(step, step, np.radians([0, -10, 10, -20, 20, -30, 30]), indexing="ij")
     )
     near = x**2 + z**2 <= reach**2 + 1e-9
     offset, turn = np.stack([x[near], z[near]], axis=-1), turn[near]
@@ -117,8 +123,9 @@ def snap_on(grid: SupportMap, goal: Goal, reach: float = 0.15) -> Goal | None:
     height = postures.surface_height(grid, single)[back.ravel()]
     score = _score(grid, goal.action, places, yaws, height)
     away = (offset**2).sum(-1) / reach**2 + (turn / np.radians(30)) ** 2
-    best = int(np.argmax(np.where(score >= LEAST_SCORE, np.minimum(score, 0.3) - 0.3 * away, -np.inf)))
-    if score[best] < LEAST_SCORE:
+    value = np.where(score >= least, np.minimum(score, enough) - 0.3 * away, -np.inf)
+    best = int(np.argmax(value))
+    if not np.isfinite(value[best]):
         return None
     return _seat(grid, goal.action, places[best], yaws[best], height[best], score[best]).goal
 

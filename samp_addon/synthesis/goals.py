@@ -18,6 +18,8 @@ from ..scene.voxels import InteractionGrid
 
 ROUNDS = 6
 """How often the network is asked again, for as many goals as are still missing and then some."""
+GOOD = 0.7
+"""Share of the best score on the object from which on a sample stays exactly where it is."""
 MOST_SHIFT = 0.20
 """Metres by which a sampled goal may be moved to where the surface carries."""
 
@@ -68,12 +70,15 @@ def draw_goals(
         raise SampError(f"Nobody can {action} on this object; {_advice(action)}.")
     # The front is the object's own, whatever stands around it.
     grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles))
+    # Samples are held to what the labels were held to: no much worse place than the object's best.
+    best = found[0].score
+    least, enough = seats.WORTH[action] * best, GOOD * best
     goals: list[Goal] = []
     rejected = 0
     for sample in _network_samples(grid, action, count, seed):
         if len(goals) == count:
             break
-        snapped = seats.snap_on(support, sample, MOST_SHIFT)
+        snapped = seats.snap_on(support, sample, MOST_SHIFT, least, enough)
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)
