@@ -90,6 +90,24 @@ def reroot(state: torch.Tensor) -> torch.Tensor:
     return out
 
 
+def consistent(state: torch.Tensor) -> torch.Tensor:
+    """States (B, 647) whose FUTURE and GOAL_TRAJECTORY follow from their own pose, trajectory and goal.
+
+    As at run time: nothing in the state then knows more of the future than the trajectory does.
+    """
+    joints = state[:, POSE].reshape(-1, JOINTS, 4, 3)[:, :, 0]
+    trajectory = state[:, TRAJECTORY].reshape(-1, SAMPLES, 9)
+    yaw = torch.atan2(trajectory[..., 2], trajectory[..., 3])
+    ahead = torch.cat([trajectory[:, -1, :2], yaw[:, -1:]], -1)
+    goal = state[:, GOAL].reshape(-1, SAMPLES, 11)[:, NOW]
+    frame = torch.stack([goal[:, 0], goal[:, 2], torch.atan2(goal[:, 3], goal[:, 5])], -1)
+    seen = torch.cat([flat_to_root(trajectory[..., :2], frame), direction(yaw - frame[:, 2:])], -1)
+    out = state.clone()
+    out[:, FUTURE] = to_root(joints, ahead).reshape(len(state), -1)
+    out[:, GOAL_TRAJECTORY] = seen.reshape(len(state), -1)
+    return out
+
+
 def assemble(
     reference: torch.Tensor,
     joints: torch.Tensor,

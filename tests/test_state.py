@@ -85,6 +85,11 @@ def test_target_is_the_next_frame_in_this_root(walk):
     assert np.allclose(moved[:2], [0, SPEED / state.FPS], atol=1e-4)
 
 
+def test_a_true_state_is_consistent_already(walk):
+    states = walk[0][40:60]
+    assert torch.allclose(state.consistent(states), states, atol=1e-4)
+
+
 def test_reroot_of_a_turn():
     """A predicted root 1 m ahead, turned left by 90 degrees, becomes the new origin facing forward."""
     y = torch.zeros(1, state.SIZE)

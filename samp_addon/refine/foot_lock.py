@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from .. import rotation, skeleton
 from ..motion import CONTACTS, Motion
@@ -13,6 +14,8 @@ from .inverse_kinematics import STRETCH, solve_limb
 BALL_HEIGHT = 0.0276  # of the ball joint over the sole, default human, metres
 HEEL_BACK = 0.045  # from the ankle joint to the heel, metres
 UNLOCK_RADIUS = 0.12  # a foot that drifts further than this in one stance has really stepped
+SWING_SPEED = 0.45  # m/s: a faster foot is in the air, whatever its label says
+STEP_TIME = 0.3  # seconds that a foot takes from one lock to the next within one spell of contact
 BLEND = 7  # frames at 30 fps over which a correction fades in and out
 MOST_DROP = 0.06  # metres the pelvis may sink so that a leg reaches its lock
 
@@ -65,15 +68,21 @@ def sole_points(
     return heel_world, positions[:, ball] - np.array([0.0, BALL_HEIGHT, 0.0])
 
 
-def _stances(ball: np.ndarray, mask: np.ndarray) -> list[tuple[int, int]]:
-    """Spells of contact, split where the ball (T, 3) leaves the unlock radius."""
+def _stances(ball: np.ndarray, mask: np.ndarray, fps: float) -> list[tuple[int, int]]:
+    """Spells of contact in which the ball (T, 3) is slow, split where it leaves the unlock radius.
+
+    Around a split some frames are left free, in which the foot goes from one lock to the next.
+    """
+    velocity = np.gradient(ball[:, [0, 2]], 1 / fps, axis=0) if len(ball) > 1 else np.zeros((len(ball), 2))
+    slow = uniform_filter1d(np.linalg.norm(velocity, axis=-1), 3, mode="nearest") < SWING_SPEED
+    free = max(1, round(STEP_TIME * fps / 2))
     out = []
-    for start, stop in spells(mask):
+    for start, stop in spells(mask & slow):
         first = start
         for t in range(start + 1, stop):
-            if np.linalg.norm(ball[t, [0, 2]] - ball[first:t, [0, 2]].mean(0)) > UNLOCK_RADIUS:
-                out.append((first, t))
-                first = t
+            if t > first and np.linalg.norm(ball[t, [0, 2]] - ball[first:t, [0, 2]].mean(0)) > UNLOCK_RADIUS:
+                out.append((first, t - free))
+                first = t + free
         out.append((first, stop))
     return [s for s in out if s[1] - s[0] >= 3]
 
@@ -111,7 +120,7 @@ def _corrections(motion: Motion, foot: _Foot, floor: np.ndarray) -> tuple[np.nda
     positions, globals_ = motion.forward_kinematics()
     heel, ball = sole_points(positions, globals_, motion.rest_joints, foot.side)
     blend = max(2, round(BLEND * motion.fps / 30))
-    stances = _stances(positions[:, foot.ball], motion.contacts[:, foot.column] > 0.5)
+    stances = _stances(positions[:, foot.ball], motion.contacts[:, foot.column] > 0.5, motion.fps)
     offset = np.zeros((len(motion), 3))
     lowest = np.minimum(heel[:, 1], ball[:, 1]) - floor
     standing = np.zeros(len(motion), bool)

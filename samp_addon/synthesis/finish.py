@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from .. import frames, rotation
 from ..motion import ACTIONS, Motion
@@ -12,6 +13,7 @@ from ..refine.foot_lock import lock_feet
 from .route import Route
 
 LAST_STRETCH = 1.2  # metres of way before the goal over which its remaining error is made up
+SMOOTHING = 1.5  # frames of 30 a second
 SEATED = 0.5  # weight of the action from which the character counts as sitting or lying
 
 
@@ -29,7 +31,7 @@ def finish(motion: Motion, route: Route, action: str, stand_off: float = 0.0) ->
 
     stand_off: metres by which the route's goal lies in front of where the pelvis shall be (seat_edge.py).
     """
-    motion = replace(motion, interaction_start=interaction_start(motion, action))
+    motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
     if stand_off and motion.interaction_start is not None:
         back = -stand_off * route.goals[-1][3:6]
@@ -37,6 +39,13 @@ def finish(motion: Motion, route: Route, action: str, stand_off: float = 0.0) ->
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]])
     return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
+
+
+def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:
+    """The motion without the network's tremble: a Gaussian over time, sigma in frames, before the feet are locked."""
+    quats = gaussian_filter1d(rotation.continuous(motion.rotations), sigma, axis=0, mode="nearest")
+    root = gaussian_filter1d(motion.root, sigma, axis=0, mode="nearest")
+    return replace(motion, root=root, rotations=rotation.normalise(quats))
 
 
 def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:

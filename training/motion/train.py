@@ -105,8 +105,9 @@ class Trainer:
                 sums[name] += parts[name] / WINDOW
             truth = self._states(self.data.states, first + t + 1)
             fed = state.reroot(predicted)
-            fed[:, state.GOAL_TRAJECTORY] = truth[:, state.GOAL_TRAJECTORY]
             fed[:, state.GOAL] = truth[:, state.GOAL]
+            # The true path in the goal's frame would tell the future: at run time nothing does.
+            fed = state.consistent(fed)
             keep = torch.rand(len(truth), 1, device=self.device) < self.schedule.keep_truth(self.step_number)
             x = torch.where(keep, truth, fed)
             self.step_number += 1
