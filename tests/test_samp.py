@@ -63,7 +63,7 @@ def test_most_takes_sit_on_their_goal(takes):
     for take in good:
         goal = sit(0).goal
         assert metrics.success(take, goal)
-        assert metrics.position_error(take, goal) < 5 and metrics.rotation_error(take, goal) < 10
+        assert metrics.position_error(take, goal) < 20 and metrics.rotation_error(take, goal) < 20
         assert 0 < take.interaction_start < len(take)
         assert np.isfinite(take.root).all() and np.isfinite(take.rotations).all()
 
