@@ -30,9 +30,6 @@ PARENTS = np.array(
 )
 INDEX = {name: i for i, name in enumerate(JOINTS)}
 BODY_COUNT = len(BODY_JOINTS)
-# Height of the pelvis joint over the seat, metres: 0.18 to the lowest skin of seated real poses on the default human,
-# less a centimetre of give.
-PELVIS_OVER_SEAT = 0.17
 
 
 @functools.cache
