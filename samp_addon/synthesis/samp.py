@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ARRIVED = 0.2  # metres from the goal
 STILL = 0.25  # m/s of the pelvis: a seated body still shifts
-PACES = {"walk": 0.9, "run": 2.2}  # m/s that a character does not fall behind on a free stretch
+PACES = {"walk": 1.15, "run": 2.4}  # m/s on a free stretch
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
 FPS = 30
@@ -82,6 +82,7 @@ class _Take:
     number: int = 0  # of the goal in force
     stand_off: float = 0.0
     travelled: float = 0.0
+    speed: float = 0.0
     held: int = 0
     done_at: int | None = None
 
@@ -104,6 +105,7 @@ class _Take:
     ) -> None:
         """Passes way-points, and counts the frames in which the action is being held at the goal."""
         self.travelled = self.route.project(root, self.travelled)
+        self.speed = speed
         last = len(self.route.goals) - 1
         while self.number < last:
             goal = self.goal()

@@ -1,6 +1,7 @@
 """Keeping a rollout on its route: the future path that the network sees, and small turns of the whole body.
 
-The network alone cuts corners and drifts; the path between the furniture forgives neither.
+The network alone cuts corners and drifts; the path between the furniture forgives neither. In training, too, it sees
+a planned path until it is near the seat (training/motion/train.py).
 """
 
 from __future__ import annotations
@@ -11,26 +12,31 @@ from typing import Protocol
 import numpy as np
 import torch
 
+from ...models.state import FPS, SAMPLE_STRIDE
 from .rollout import FUTURE, Follow, Steer
 from .route import Route
 
-FOLLOW = 0.6  # share by which the far end of the predicted path is laid onto the route
+FOLLOW = 0.85  # share of the planned path in the future path; the rest is the network's prediction
 LOOK_AHEAD = 0.7  # metres along the route to the point that the character is turned towards
 MOST_TURN = np.radians(2.0)  # per frame
 MOST_SHIFT = 0.006  # metres per frame
-LAST_STEP = 0.5  # metres before the goal that belong to the network
-SAMPLE_SECONDS = 1 / 6  # between samples of the future path
+LAST_STEP = 0.8  # metres before a seat that belong to the network
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame: slower characters turn by themselves
+SPEED_UP, SLOW_DOWN = 1.5, 1.0  # m/s2 of the planned path, as people start and stop walking
+TURNING = np.radians(150.0)  # rad/s of the planned path's facing
+RETURN = 0.6  # seconds in which the planned path comes back to the route from beside it
+FACE_GOAL = 0.6  # metres before the end of a walk over which it turns to the facing that is asked for
+CORNER = 0.25  # metres of way before and after a place whose direction is the planned facing
+_TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 
 
 class OnRoute(Protocol):
-    """What steering needs of a take: its route, metres travelled along it, the number of its present goal, and the
-    speed in m/s that it shall not fall behind."""
+    """What steering needs of a take: its route, metres travelled along it, and its present and wanted speed, m/s."""
 
     route: Route
     travelled: float
-    number: int
+    speed: float
     pace: float
 
 
@@ -40,29 +46,55 @@ def guides(takes: Sequence[OnRoute]) -> tuple[Follow, Steer]:
 
 
 def _free(take: OnRoute) -> bool:
-    """Whether the take is on its last step, which belongs to the network and the goal's frame."""
-    return take.number == len(take.route.goals) - 1 and take.route.length - take.travelled < LAST_STEP
+    """Whether the take is on its last steps to a seat, which belong to the network and the goal's frame."""
+    seated = take.route.goals[-1][9:11].any()
+    return bool(seated) and take.route.length - take.travelled < LAST_STEP
 
 
 def follow(takes: Sequence[OnRoute], future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
-    """Bends the predicted future paths (B, 6, 3) onto the routes, far ahead more than near, and lengthens those that
-    fall behind the take's pace: left alone, a slow prediction makes the next one slower still."""
+    """Lays the predicted future paths (B, 6, 3) onto the ones planned from the roots (B, 3) along the routes."""
     path = future.numpy().astype(np.float64).copy()
-    now = roots.numpy().astype(np.float64)
-    share = FOLLOW * (np.arange(1, FUTURE + 1) / FUTURE)
     for k, take in enumerate(takes):
         if _free(take):
             continue
-        steps = np.diff(np.concatenate([now[k : k + 1, :2], path[k, :, :2]]), axis=0)
-        predicted = np.cumsum(np.linalg.norm(steps, axis=-1))
-        behind = np.maximum(take.pace * SAMPLE_SECONDS * np.arange(1, FUTURE + 1) - predicted, 0.0)
-        ahead = take.travelled + predicted + share * behind
-        wanted = take.route.at(ahead)
-        way = take.route.at(ahead + 0.2) - take.route.at(ahead - 0.05)
-        turn = _wrapped(np.arctan2(way[:, 0], way[:, 1]) - path[k, :, 2])
-        path[k, :, :2] += share[:, None] * (wanted - path[k, :, :2])
-        path[k, :, 2] += share * turn
+        planned = plan(take, roots[k].numpy().astype(np.float64))
+        path[k, :, :2] += FOLLOW * (planned[:, :2] - path[k, :, :2])
+        path[k, :, 2] += FOLLOW * _wrapped(planned[:, 2] - path[k, :, 2])
     return torch.as_tensor(path, dtype=torch.float32)
+
+
+def plan(take: OnRoute, root: np.ndarray) -> np.ndarray:
+    """The path (6, 3) of the coming second along the route, at the take's pace, from a root (x, z, yaw)."""
+    route = take.route
+    heading = _facing(route, np.array([take.travelled]))[0]
+    # Who faces away from the way turns before walking off.
+    pace = take.pace * max(0.15, float(np.cos(np.clip(_wrapped(heading - root[2]), -1.5, 1.5))))
+    ahead = take.travelled + _distances(take.speed, pace, max(route.length - take.travelled, 0.0))
+    places = route.at(ahead) + (root[:2] - route.at(take.travelled)) * np.exp(-_TIMES / RETURN)[:, None]
+    turns = _wrapped(_facing(route, ahead) - root[2])
+    return np.column_stack([places, root[2] + np.clip(turns, -TURNING * _TIMES, TURNING * _TIMES)])
+
+
+def _distances(speed: float, pace: float, left: float) -> np.ndarray:
+    """Metres (6,) walked at the times of the samples by who has ``speed`` now and stops after ``left`` metres."""
+    gone, out, step = 0.0, [], SAMPLE_STRIDE / FPS
+    for _ in range(FUTURE):
+        stopping = np.sqrt(2 * SLOW_DOWN * max(left - gone, 0.0))
+        speed += float(np.clip(min(pace, stopping) - speed, -2 * SLOW_DOWN * step, SPEED_UP * step))
+        gone = min(gone + max(speed, 0.0) * step, left)
+        out.append(gone)
+    return np.array(out)
+
+
+def _facing(route: Route, distance: np.ndarray) -> np.ndarray:
+    """Yaw (N,) of the way at distances (N,) along it, round at corners; at the end of a walk, the goal's."""
+    way = route.at(distance + CORNER) - route.at(distance - CORNER)
+    yaw = np.arctan2(way[:, 0], way[:, 1])
+    goal = route.goals[-1]
+    if goal[9:11].any():
+        return yaw
+    t = np.clip(1 - (route.length - distance) / FACE_GOAL, 0.0, 1.0)
+    return yaw + t * t * (3 - 2 * t) * _wrapped(np.arctan2(goal[3], goal[5]) - yaw)
 
 
 class Steering:

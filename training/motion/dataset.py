@@ -7,9 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from scipy.ndimage import gaussian_filter1d
 
 from ...models import state
 from ...samp_addon import rotation, skeleton
+
+
+SMOOTH_PATH = 10.0  # frames, standard deviation
 
 
 @dataclass
@@ -17,7 +21,8 @@ class Dataset:
     """states, targets: (N, 647) float16; target is the next frame in the root frame of this one (N, 647).
 
     roots: (N, 3). sequence: (N,) number of the sequence. kinds: (S,). pieces: (S,). placements: (S, 3).
-    starts: frames at which a window of ``window`` frames may begin. centres (P, 512, 3), occupancy (P, 512).
+    usable, seated_goal: (N,). centres (P, 512, 3), occupancy (P, 512). goal_distance: (N,) metres on the floor from
+    the root to the goal in force.
     """
 
     states: np.ndarray
@@ -31,6 +36,7 @@ class Dataset:
     centres: torch.Tensor
     occupancy: torch.Tensor
     seated_goal: np.ndarray
+    goal_distance: np.ndarray
 
     def starts(self, window: int) -> np.ndarray:
         """Frames from which ``window`` steps stay in one sequence and in usable frames."""
@@ -67,13 +73,25 @@ def _sequence_arrays(root: np.ndarray, quats: np.ndarray) -> tuple[torch.Tensor,
     return joints, tensor(axes), tensor(velocity), roots
 
 
+def smooth_path(roots: torch.Tensor) -> torch.Tensor:
+    """Roots (T, 3) without the sway of single steps: what a path that somebody plans can know of the future.
+
+    The true future tells, by its sway, when each foot will come down. Nothing does at run time, and legs that have
+    learnt to listen to it then fall asleep.
+    """
+    told = np.column_stack([roots[:, :2], np.unwrap(roots[:, 2])])
+    return torch.as_tensor(gaussian_filter1d(told, SMOOTH_PATH, axis=0, mode="nearest"), dtype=roots.dtype)
+
+
 def encode_sequence(
     root: np.ndarray, quats: np.ndarray, actions: np.ndarray, contacts: np.ndarray, goal: np.ndarray,
     goal_action: np.ndarray,
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:  # fmt: skip
     """States (T, 647), targets (T, 647) (the next frame in this frame's root frame; the last repeats) and roots."""
     joints, axes, velocity, roots = _sequence_arrays(root, quats)
+    planned = smooth_path(roots)
     count = len(root)
+    ahead_of_now = torch.as_tensor(state.SAMPLE_OFFSETS > 0)[:, None]
     tensor = lambda a: torch.as_tensor(np.ascontiguousarray(a), dtype=torch.float32)
     goals = torch.cat([tensor(goal), torch.eye(5)[torch.as_tensor(goal_action.astype(np.int64))]], -1)
     actions, contacts = tensor(actions), tensor(contacts)
@@ -83,8 +101,9 @@ def encode_sequence(
         # The future of the goals is unknown at run time: it is taken to stay what it is.
         known = np.minimum(window, reference[:, None])
         ahead = np.minimum(frames + state.FPS, count - 1)
+        path = torch.where(ahead_of_now, planned[window], roots[window])
         return state.assemble(
-            roots[reference], joints[frames], axes[frames], velocity[frames], roots[ahead], roots[window],
+            roots[reference], joints[frames], axes[frames], velocity[frames], planned[ahead], path,
             actions[window], contacts[frames], goals[reference, :6], goals[known],
         )  # fmt: skip
 
@@ -123,4 +142,5 @@ def load(path: Path, cache: Path) -> Dataset:
         states, targets, torch.as_tensor(np.array(roots)), np.repeat(np.arange(len(lengths)), lengths),
         raw["kinds"], raw["pieces"], raw["placements"], usable,
         torch.as_tensor(raw["piece_centres"]), torch.as_tensor(raw["piece_occupancy"]), raw["goal_action"] >= 3,
+        np.linalg.norm(np.array(roots)[:, :2] - raw["goal"][:, [0, 2]], axis=-1),
     )  # fmt: skip

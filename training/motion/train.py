@@ -19,12 +19,17 @@ from . import dataset
 
 SHARES = {"sit": 0.52, "walk": 0.30, "run": 0.10, "idle": 0.08}
 WINDOW = 60  # frames of a rollout, L of section B.3
-# The goal's numbers are never read from a prediction: the caller knows the goal.
-GOAL_WEIGHT = 0.02
+# Weights of the loss. The goal's numbers are never read from a prediction: the caller knows the goal. FUTURE is not
+# read either, and both FUTURE and GOAL_TRAJECTORY hold what nobody can foretell.
+LOSS_WEIGHTS = ((state.GOAL, 0.02), (state.FUTURE, 0.3), (state.GOAL_TRAJECTORY, 0.5))
 LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
 EMA = 0.98
 EMA_EVERY = 10
 RUN_TIME_NOISE = 0.1  # standard deviation of z at run time
+# At run time the way to the seat is planned, and the last steps are the network's own. So they are in training:
+# within a distance of the seat drawn from this range, and all along for a share of the rollouts.
+OWN_PATH = (0.4, 1.4)  # metres
+ALWAYS_OWN = 0.15
 
 
 @dataclass
@@ -67,7 +72,8 @@ class Trainer:
         kinds = data.kinds[data.sequence[starts]]
         self.starts = {kind: starts[kinds == kind] for kind in SHARES if (kinds == kind).any()}
         self.weights = torch.ones(state.SIZE, device=device)
-        self.weights[state.GOAL] = GOAL_WEIGHT
+        for part, weight in LOSS_WEIGHTS:
+            self.weights[part] = weight
         self.step_number = 0
 
     def _measure_statistics(self) -> None:
@@ -97,21 +103,45 @@ class Trainer:
         """WINDOW optimiser steps over one batch of rollouts; mean losses."""
         first = self.draw_windows()
         sums = {"pose": 0.0, "kl": 0.0, "loss": 0.0}
+        # Some rollouts see the truth rarely, others often; the gait's phase of none may drift far from its target's.
+        eager = self._uniform(0.4, 1.6)
+        reach = torch.where(self._uniform(0, 1) < ALWAYS_OWN, 1e9, self._uniform(*OWN_PATH))
         x = self._states(self.data.states, first)
         for t in range(WINDOW):
             y = self._states(self.data.targets, first + t)
             predicted, parts = self._step(x, y, self.data.object_features(first + t).to(self.device))
             for name in sums:
                 sums[name] += parts[name] / WINDOW
-            truth = self._states(self.data.states, first + t + 1)
-            fed = state.reroot(predicted)
-            fed[:, state.GOAL] = truth[:, state.GOAL]
-            # The true path in the goal's frame would tell the future: at run time nothing does.
-            fed = state.consistent(fed)
-            keep = torch.rand(len(truth), 1, device=self.device) < self.schedule.keep_truth(self.step_number)
-            x = torch.where(keep, truth, fed)
+            x = self._next_input(predicted, first + t + 1, eager, reach)
             self.step_number += 1
         return sums
+
+    def _next_input(
+        self, predicted: torch.Tensor, frames: np.ndarray, eager: torch.Tensor, reach: torch.Tensor
+    ) -> torch.Tensor:
+        """Scheduled sampling (equation 5): each rollout goes on from the truth or from its own prediction (B, 647).
+
+        eager: (B, 1) by which the probability of the truth is multiplied. reach: (B, 1) metres from the seat within
+        which the future path is the prediction's even beside a true pose; farther off it is the planned one.
+        """
+        truth = self._states(self.data.states, frames)
+        fed = state.reroot(predicted)
+        fed[:, state.GOAL] = truth[:, state.GOAL]
+        chance = self.schedule.keep_truth(self.step_number)
+        keep = self._uniform(0, 1) < (1.0 if chance >= 1 else chance * eager)
+        distance = torch.as_tensor(self.data.goal_distance[frames], device=self.device)[:, None]
+        seat = torch.as_tensor(self.data.seated_goal[frames], device=self.device)[:, None]
+        planned = torch.where(reach > 1e8, False, ~seat | (distance > reach))
+        told = planned | (keep & (self._uniform(0, 1) < chance))
+        own, true = (s[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9) for s in (fed, truth))
+        path = torch.where(told[..., None], true[:, state.NOW + 1 :, :4], own[:, state.NOW + 1 :, :4])
+        x = torch.where(keep, truth, fed)
+        x[:, state.TRAJECTORY].view(-1, state.SAMPLES, 9)[:, state.NOW + 1 :, :4] = path
+        return state.consistent(x)
+
+    def _uniform(self, low: float, high: float) -> torch.Tensor:
+        """One random number (B, 1) for each rollout."""
+        return low + (high - low) * torch.rand(self.batch, 1, device=self.device)
 
     def _states(self, source: np.ndarray, frames: np.ndarray) -> torch.Tensor:
         return torch.as_tensor(source[frames].astype(np.float32), device=self.device)
@@ -181,9 +211,9 @@ def main() -> None:
     parser.add_argument("--batch", type=int, default=512)
     parser.add_argument("--rate", type=float, default=4e-4)
     parser.add_argument(
-        "--sampling", type=float, nargs=2, default=(0.15, 0.4), help="share of steps: P falls from, to"
+        "--sampling", type=float, nargs=2, default=(0.1, 0.35), help="share of steps: P falls from, to"
     )
-    parser.add_argument("--least-truth", type=float, default=0.15, help="P never falls below this")
+    parser.add_argument("--least-truth", type=float, default=0.3, help="P never falls below this")
     parser.add_argument("--kl", type=float, default=0.6, help="weight of the KL term")
     parser.add_argument("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
     parser.add_argument("--seed", type=int, default=0)
