@@ -79,7 +79,7 @@ def test_the_path_is_planned_until_near_the_seat(data, frame, reach, planned):
 
 
 def test_training_goes_on_where_it_stopped(data, tmp_path):
-    through = trainer(data, 0.5)
+    through = trainer(data, 1.0)
     losses = [through.rollout()["loss"]]
     through.save(tmp_path / "checkpoint.pt")
     losses.append(through.rollout()["loss"])

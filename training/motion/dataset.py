@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter1d
 from ...models import state
 from ...samp_addon import rotation, skeleton
 
-
 SMOOTH_PATH = 10.0  # frames, standard deviation
 
 
