@@ -8,7 +8,7 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.seats import find_goals
-from samp_blender.samp_addon.synthesis import samp, seat_edge
+from samp_blender.samp_addon.synthesis import samp
 from samp_blender.samp_addon.synthesis.request import Request
 
 
@@ -127,15 +127,6 @@ def test_cancelling_stops_the_rollout():
 def test_what_it_cannot_do(action, words):
     result = samp.generate([Request(np.zeros(3), 0.0, action, Goal(np.ones(3), np.array([0, 0, 1.0])))])[0]
     assert isinstance(result, SampError) and words in str(result)
-
-
-@pytest.mark.parametrize(
-    "depth, least, most", [(0.2, 0.0, 0.08), (0.35, 0.15, 0.3), (0.9, 0.25, seat_edge.MOST)]
-)
-def test_deep_seats_are_sat_back_into(depth, least, most):
-    seat = box((-0.5, 0.0, -0.5), (0.5, 0.43, depth))
-    goal = Goal(np.array([0.0, 0.43 + 0.165, 0.0]), np.array([0.0, 0.0, 1.0]))
-    assert least <= seat_edge.stand_off(seat, goal) <= most
 
 
 def test_damaged_weights_are_found(tmp_path):

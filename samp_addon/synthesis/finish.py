@@ -11,6 +11,7 @@ from .. import frames, rotation
 from ..motion import ACTIONS, Motion
 from ..refine.foot_lock import lock_feet
 from .route import Route
+from .seat_edge import SeatFront
 
 LAST_STRETCH = 1.2  # metres of way before the goal over which its remaining error is made up
 SMOOTHING = 1.5  # frames of 30 a second
@@ -26,19 +27,25 @@ def interaction_start(motion: Motion, action: str) -> int | None:
     return int(min(idle[-1] + 1, len(motion) - 1)) if len(idle) else 0
 
 
-def finish(motion: Motion, route: Route, action: str, stand_off: float = 0.0) -> Motion:
+def finish(motion: Motion, route: Route, action: str, front: SeatFront | None = None) -> Motion:
     """The take as it is handed out: on its goal, feet locked, at the heights of its floor.
 
-    stand_off: metres by which the route's goal lies in front of where the pelvis shall be (seat_edge.py).
+    front: of the seat; the route's goal lies by its stand-off in front of where the pelvis shall be.
     """
     motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
-    if stand_off and motion.interaction_start is not None:
-        back = -stand_off * route.goals[-1][3:6]
-        motion = replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
+    if front is not None and motion.interaction_start is not None:
+        motion = sit_back(motion, route.goals[-1], front)
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]])
     return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
+
+
+def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:
+    """The motion whose pelvis goes back by the seat's stand-off while it sinks, shins in front of the seat."""
+    back = -front.stand_off * goal[3:6]
+    motion = replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
+    return front.clear_shins(motion, np.concatenate([goal[:3] + back, goal[3:]]))
 
 
 def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:

@@ -13,9 +13,10 @@ from .. import rotation, skeleton
 from ..errors import RolloutError, SampError
 from ..motion import ACTIONS, Motion
 from ..scene.voxels import InteractionGrid
-from . import finish, seat_edge
+from . import finish
 from .request import Request
 from .route import Route
+from .seat_edge import SeatFront
 
 if TYPE_CHECKING:
     from .rollout import Rollout
@@ -80,7 +81,7 @@ class _Take:
     request: Request
     route: Route
     number: int = 0  # of the goal in force
-    stand_off: float = 0.0
+    front: SeatFront | None = None
     travelled: float = 0.0
     speed: float = 0.0
     held: int = 0
@@ -151,13 +152,13 @@ def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list
 
 def _take(request: Request) -> _Take:
     """The take at its start; a deep seat's goal is first set forward, see seat_edge.py."""
-    goal, stand_off = request.goal, 0.0
+    goal, front = request.goal, None
     if request.action == "sit" and request.object_triangles is not None:
-        stand_off = seat_edge.stand_off(request.object_triangles, goal)
-        goal = replace(goal, position=goal.position + stand_off * np.asarray(goal.direction))
-    return _Take(
-        request, Route(request.start_position, request.waypoints, goal, request.action), stand_off=stand_off
-    )
+        floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
+        front = SeatFront.of(request.object_triangles, goal, floor)
+        goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
+    route = Route(request.start_position, request.waypoints, goal, request.action)
+    return _Take(request, route, front=front)
 
 
 def _rollout(takes: list[_Take]) -> Rollout:
@@ -189,7 +190,7 @@ def _objects(takes: list[_Take]) -> tuple[np.ndarray, np.ndarray]:
         key = id(request.object_triangles), request.object_yaw
         if key not in grids:
             grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
-        moved = take.stand_off * np.asarray(request.goal.direction)
+        moved = (take.front.stand_off if take.front else 0.0) * np.asarray(request.goal.direction)
         centres[k] = grids[key].centres + moved - np.array([0.0, take.route.points[-1][1], 0.0])
         occupancy[k] = grids[key].occupancy
     return centres, occupancy
@@ -227,4 +228,4 @@ def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:
         contacts=arrays["contacts"][:end].astype(np.float64),
         actions=arrays["actions"][:end].astype(np.float64),
     )
-    return finish.finish(motion, take.route, take.request.action, take.stand_off)
+    return finish.finish(motion, take.route, take.request.action, take.front)
