@@ -14,6 +14,9 @@ LATENT = 64
 EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
+# Share of the present course (state.extrapolate) in the next state; the decoder tells the rest. All of it, and errors
+# would never die away; none of it, and thousands of steps of training go into repeating what is already known.
+COURSE = 0.75
 
 
 def three_layers(sizes: tuple[int, int, int, int]) -> nn.Sequential:
@@ -76,7 +79,11 @@ class Decoder(nn.Module):
 
 
 class MotionNet(nn.Module):
-    """The whole network. Buffers hold the normalisation of inputs, targets and the object's features."""
+    """The whole network. Buffers hold the normalisation of inputs, targets and the object's features.
+
+    The decoder tells the next state as its difference from a share of the course that the present one is on: a
+    frame is a thirtieth of a second, and most of what follows is already said.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -96,7 +103,8 @@ class MotionNet(nn.Module):
     def encode(
         self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I). x, y: states (B, 647); all normalised."""
+        """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I). x: states (B, 647), y: change (B, 647); all
+        normalised."""
         code = self.interaction_encoder(features)
         h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code], -1)
         return self.mean(h), self.log_variance(h).clamp(-8.0, 4.0)
@@ -111,4 +119,12 @@ class MotionNet(nn.Module):
         y = self.decoder(
             z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights
         )
-        return y * self.target_std + self.target_mean
+        return self.told(y, x)
+
+    def change(self, y: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
+        """What the decoder has to say so that the states y (B, 647) follow the states x (B, 647)."""
+        return (y - COURSE * state.extrapolate(x) - self.target_mean) / self.target_std
+
+    def told(self, change: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
+        """The states (B, 647) that follow the states x (B, 647) when the decoder says ``change`` (B, 647)."""
+        return COURSE * state.extrapolate(x) + change * self.target_std + self.target_mean

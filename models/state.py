@@ -108,6 +108,22 @@ def consistent(state: torch.Tensor) -> torch.Tensor:
     return out
 
 
+def extrapolate(state: torch.Tensor) -> torch.Tensor:
+    """What the next states (B, 647) would be if nothing changed its course; told in the same root frames.
+
+    Joints go on at their velocities, the window of the trajectory slides by one frame; contacts are left at zero.
+    """
+    out = state.clone()
+    pose = out[:, POSE].view(-1, JOINTS, 4, 3)
+    pose[:, :, 0] += pose[:, :, 3] / FPS
+    for part, numbers in ((TRAJECTORY, 9), (GOAL_TRAJECTORY, 4)):
+        window = out[:, part].view(-1, SAMPLES, numbers)
+        step = (window[:, 1:] - window[:, :-1]) / SAMPLE_STRIDE
+        window += torch.cat([step, step[:, -1:]], 1)
+    out[:, CONTACTS] = 0
+    return out
+
+
 def assemble(
     reference: torch.Tensor,
     joints: torch.Tensor,

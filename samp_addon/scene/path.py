@@ -127,8 +127,12 @@ def _approaches(mesh: NavMesh, goal: Goal, stand_off: float, reach: float) -> np
     near = np.flatnonzero((away <= reach) & (offset[:, 1] < 0.1) & (offset[:, 1] > -mesh.agent.height))
     numbers, points, offset, away = numbers[near], points[near], offset[near], away[near]
     facing = (offset[:, [0, 2]] @ goal.direction[[0, 2]]) / np.maximum(away, 1e-6)
-    ideal = goal.position + stand_off * goal.direction
-    cost = np.hypot(*(points - ideal).T[[0, 2]]) + BEHIND * (1 - facing) / 2
+    if goal.action == "lie":
+        # A bed is got into from its sides.
+        cost = away + BEHIND * np.abs(facing)
+    else:
+        ideal = goal.position + stand_off * goal.direction
+        cost = np.hypot(*(points - ideal).T[[0, 2]]) + BEHIND * (1 - facing) / 2
     cost += CLIMBED * mesh.ground.rough[numbers]
     open_sight = ~_walled_off(mesh, points, goal.position)
     order = np.argsort(cost, kind="stable")

@@ -27,6 +27,8 @@ PACES = {"walk": 1.15, "run": 2.4}  # m/s on a free stretch
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
 FPS = 30
+RECLINED = 0.6  # cosine of the chest's slope from which a body counts as lying
+CHEST = skeleton.INDEX["spine3"]
 RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots")
 
 
@@ -102,9 +104,18 @@ class _Take:
         return round((self.route.length / SLOWEST + GRACE + self.request.hold_seconds) * FPS)
 
     def update(
-        self, root: np.ndarray, pelvis: np.ndarray, speed: float, weights: np.ndarray, frame: int
+        self,
+        root: np.ndarray,
+        pelvis: np.ndarray,
+        speed: float,
+        weights: np.ndarray,
+        upright: float,
+        frame: int,
     ) -> None:
-        """Passes way-points, and counts the frames in which the action is being held at the goal."""
+        """Passes way-points, and counts the frames in which the action is being held at the goal.
+
+        upright: cosine between the chest and the vertical.
+        """
         self.travelled = self.route.project(root, self.travelled)
         self.speed = speed
         last = len(self.route.goals) - 1
@@ -119,6 +130,8 @@ class _Take:
         radius = (2.0 if action == 0 else 1.5) * ARRIVED
         near = np.hypot(pelvis[0] - goal[0], pelvis[2] - goal[2]) < radius
         settled = self.number == last and near and speed < STILL and (action == 0 or weights[action] > 0.6)
+        if action == ACTIONS.index("lie"):
+            settled &= upright < RECLINED
         self.held += int(settled)
         if self.held >= max(1, round(self.request.hold_seconds * FPS)) and self.done_at is None:
             self.done_at = frame
@@ -205,11 +218,12 @@ def _share_done(takes: list[_Take], frame: int, limit: int) -> float:
 
 def _update(takes: list[_Take], recorded: dict[str, list[np.ndarray]], frame: int) -> None:
     pelvis, roots, weights = recorded["pelvis"][-1], recorded["roots"][-1], recorded["actions"][-1]
+    upright = recorded["matrices"][-1][:, CHEST, 1, 1]
     back = recorded["pelvis"][max(0, len(recorded["pelvis"]) - 6)]
     span = max(min(len(recorded["pelvis"]) - 1, 5), 1) / FPS
     for k, take in enumerate(takes):
         speed = float(np.linalg.norm(pelvis[k] - back[k])) / span
-        take.update(roots[k, :2], pelvis[k], speed, weights[k], frame)
+        take.update(roots[k, :2], pelvis[k], speed, weights[k], upright[k], frame)
 
 
 def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 
 from ...models.state import FPS, SAMPLE_STRIDE
+from ..motion import ACTIONS
 from .rollout import FUTURE, Follow, Steer
 from .route import Route
 
@@ -20,7 +21,7 @@ FOLLOW = 0.85  # share of the planned path in the future path; the rest is the n
 LOOK_AHEAD = 0.7  # metres along the route to the point that the character is turned towards
 MOST_TURN = np.radians(2.0)  # per frame
 MOST_SHIFT = 0.006  # metres per frame
-LAST_STEP = 0.8  # metres before a seat that belong to the network
+LAST_STEP = {"sit": 0.8, "lie": 1.3}  # metres before the goal that belong to the network
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame: slower characters turn by themselves
 SPEED_UP, SLOW_DOWN = 1.5, 1.0  # m/s2 of the planned path, as people start and stop walking
@@ -47,8 +48,8 @@ def guides(takes: Sequence[OnRoute]) -> tuple[Follow, Steer]:
 
 def _free(take: OnRoute) -> bool:
     """Whether the take is on its last steps to a seat, which belong to the network and the goal's frame."""
-    seated = take.route.goals[-1][9:11].any()
-    return bool(seated) and take.route.length - take.travelled < LAST_STEP
+    action = ACTIONS[int(np.argmax(take.route.goals[-1][6:]))]
+    return take.route.length - take.travelled < LAST_STEP.get(action, -1.0)
 
 
 def follow(takes: Sequence[OnRoute], future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:

@@ -15,13 +15,16 @@ from ...samp_addon import rotation, skeleton
 SMOOTH_PATH = 10.0  # frames, standard deviation
 
 
+BED_HALF = 0.5  # metres
+
+
 @dataclass
 class Dataset:
     """states, targets: (N, 647) float16; target is the next frame in the root frame of this one (N, 647).
 
     roots: (N, 3). sequence: (N,) number of the sequence. kinds: (S,). pieces: (S,). placements: (S, 3).
     usable, seated_goal: (N,). centres (P, 512, 3), occupancy (P, 512). goal_distance: (N,) metres on the floor from
-    the root to the goal in force.
+    the root to the goal in force; from a lying place BED_HALF is taken off, since its edge comes first.
     """
 
     states: np.ndarray
@@ -141,5 +144,6 @@ def load(path: Path, cache: Path) -> Dataset:
         states, targets, torch.as_tensor(np.array(roots)), np.repeat(np.arange(len(lengths)), lengths),
         raw["kinds"], raw["pieces"], raw["placements"], usable,
         torch.as_tensor(raw["piece_centres"]), torch.as_tensor(raw["piece_occupancy"]), raw["goal_action"] >= 3,
-        np.linalg.norm(np.array(roots)[:, :2] - raw["goal"][:, [0, 2]], axis=-1),
+        np.linalg.norm(np.array(roots)[:, :2] - raw["goal"][:, [0, 2]], axis=-1)
+        - BED_HALF * (raw["goal_action"] == 4),
     )  # fmt: skip

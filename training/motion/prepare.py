@@ -14,7 +14,10 @@ import numpy as np
 from ...samp_addon.scene import geometry, seats
 from ...samp_addon.scene.voxels import InteractionGrid
 from .. import furniture, mocap
+from . import natural
 from .events import sit_events
+from .lies import LieComposer
+from .recline import reclines
 from .sequence import Sequence, save
 from .sits import Composer, Furnishing
 from .stitch import WalkIndex
@@ -24,10 +27,14 @@ from .walks import walk_sequence
 PROCEDURAL = {"chair": 40, "armchair": 30, "stool": 20, "bar_stool": 20, "bench": 12, "sofa": 30, "l_sofa": 16,
               "office_chair": 20, "pouf": 12, "table": 12, "bed": 12}  # fmt: skip
 COPIES = 3
+PLACES = 16  # goals of a piece
 
 
-def furnishings(folder: Path | None, seed: int) -> tuple[list[Furnishing], dict[str, np.ndarray]]:
-    """Pieces that can be sat on, and the grids of all: centres (P, 512, 3) and occupancy (P, 512)."""
+def furnishings(
+    folder: Path | None, seed: int
+) -> tuple[list[Furnishing], list[Furnishing], dict[str, np.ndarray]]:
+    """Pieces with places to sit, the same with places to lie, and the grids of all: centres (P, 512, 3) and
+    occupancy (P, 512)."""
     rng = np.random.default_rng(seed)
     triangles = [furniture.generate(name, rng).triangles for name, n in PROCEDURAL.items() for _ in range(n)]
     if folder is not None and folder.exists():
@@ -35,31 +42,42 @@ def furnishings(folder: Path | None, seed: int) -> tuple[list[Furnishing], dict[
             if "table" in piece.category or "desk" in piece.category:
                 continue
             triangles += [piece.triangles * rng.uniform(0.9, 1.12, 3) for _ in range(COPIES)]
-    pieces, centres, occupancy = [], [], []
+    chairs, beds, centres, occupancy = [], [], [], []
     for mesh in triangles:
         grid = InteractionGrid.build(mesh, yaw=0.0)
         surface, _ = geometry.sample_surface(mesh, 4000, seed=0)
-        pieces.append(Furnishing(len(pieces), surface, seats.find_goals(mesh, "sit", floor_height=0.0)))
+        places = seats.map_of(mesh, floor_height=0.0)
+        for pieces, action in ((chairs, "sit"), (beds, "lie")):
+            goals = [seat.goal for seat in seats.seats_on(places, action, PLACES)]
+            pieces.append(Furnishing(len(pieces), surface, goals))
         centres.append(grid.centres)
         occupancy.append(grid.occupancy)
-    return pieces, {"centres": np.array(centres, np.float32), "occupancy": np.array(occupancy, np.float32)}
+    return (
+        chairs,
+        beds,
+        {"centres": np.array(centres, np.float32), "occupancy": np.array(occupancy, np.float32)},
+    )
 
 
-def build(mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per_event: int) -> tuple:
-    """All sequences, the pieces' grids, and the composer's report of what was kept and dropped."""
+def build(
+    mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per_event: int, lies: int
+) -> tuple:
+    """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action."""
     rng = np.random.default_rng(seed)
     clips = mocap.load_clips(mocap_folder)
     clips += [mocap.mirror(clip) for clip in clips]
-    sequences: list[Sequence] = [
-        walk_sequence(c, rng) for c in clips if len(c) > 75 and "sit" not in c.labels
-    ]
-    pieces, grids = furnishings(furniture_folder, seed)
+    walks = [natural.astray_marked(c) for c in clips if not natural.styled(c)]
+    sequences: list[Sequence] = [walk_sequence(c, rng) for c in walks if len(c) > 75 and natural.on_foot(c)]
+    chairs, beds, grids = furnishings(furniture_folder, seed)
     events = [event for clip in clips for event in sit_events(clip)]
-    composer = Composer([p for p in pieces if p.goals], WalkIndex(clips), seed)
+    composer = Composer([p for p in chairs if p.goals], WalkIndex(walks), seed)
     for event in events:
         made = (composer.compose(event) for _ in range(sits_per_event))
         sequences += [s for s in made if s is not None]
-    return sequences, grids, composer.report
+    lying = LieComposer([p for p in beds if p.goals], events, reclines(clips), composer.approach, seed)
+    made = (lying.compose() for _ in range(lies))
+    sequences += [s for s in made if s is not None]
+    return sequences, grids, {"sits": composer.report, "lies": lying.report}
 
 
 def main() -> None:
@@ -69,14 +87,18 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("cache/motion.npz"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sits", type=int, default=16, help="sequences tried for each captured sit")
+    parser.add_argument("--lies", type=int, default=900, help="sequences of lying down tried")
     options = parser.parse_args()
     began = time.time()
-    sequences, grids, report = build(options.mocap, options.furniture, options.seed, options.sits)
+    sequences, grids, reports = build(
+        options.mocap, options.furniture, options.seed, options.sits, options.lies
+    )
     save(options.output, sequences, grids)
     for kind in sorted({s.kind for s in sequences}):
         frames = sum(len(s) for s in sequences if s.kind == kind)
         print(f"{kind}: {sum(s.kind == kind for s in sequences)} sequences, {frames / 1800:.1f} minutes")
-    print("sits:", ", ".join(f"{why} {n}" for why, n in report.most_common()))
+    for action, report in reports.items():
+        print(f"{action}:", ", ".join(f"{why} {n}" for why, n in report.most_common()))
     print(f"{options.output}: {options.output.stat().st_size / 1e6:.1f} MB in {time.time() - began:.0f} s")
 
 

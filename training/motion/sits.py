@@ -90,6 +90,8 @@ def collides(
     )
     deep = distance < 0.55 * _RADII
     sat = seated[::3]
+    if (~sat).any() and _inside(local[~sat][:, 2:4], piece.surface).any(1).mean() > 0.03:
+        return "stands in it"
     if (~sat).any() and deep[~sat][:, 2:].any(1).mean() > 0.03:
         return "walks into it"
     if deep[sat][:, 2:8].any(1).mean() > 0.15:
@@ -97,6 +99,20 @@ def collides(
     if deep[sat][:, 8:].any(1).mean() > 0.15:
         return "trunk in it"
     return None
+
+
+def _inside(points: np.ndarray, surface: np.ndarray) -> np.ndarray:
+    """Which points (T, K, 3) have the piece's surface both above and around them: legs in a closed bed or sofa.
+
+    Only what is lower than a table counts, so that legs may be under tables.
+    """
+    above = surface[surface[:, 1] < 0.62]
+    if not len(above):
+        return np.zeros(points.shape[:2], bool)
+    flat = points.reshape(-1, 3)
+    near = cKDTree(above[:, [0, 2]]).query_ball_point(flat[:, [0, 2]], 0.06)
+    covered = [len(k) > 1 and np.max(above[k, 1]) > p[1] + 0.05 for k, p in zip(near, flat, strict=True)]
+    return np.array(covered).reshape(points.shape[:2])
 
 
 class Composer:
@@ -119,7 +135,7 @@ class Composer:
         clip, frames = self._excerpt(event)
         clip = relocked(lifted(clip, event.pelvis[1], seats[0][1].position[1] - event.pelvis[1]))
         if self.rng.random() < 0.75 and frames["down"] > 12:
-            clip, frames = self._approach(clip, frames)
+            clip, frames = self.approach(clip, frames)
         middle = slice(frames["seated"] + 3, frames["seat_end"])
         yaw_all = headings(clip.root, clip.rotations)
         yaw = np.arctan2(np.sin(yaw_all[middle]).mean(), np.cos(yaw_all[middle]).mean())
@@ -162,7 +178,7 @@ class Composer:
         }
         return clip, frames
 
-    def _approach(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
+    def approach(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
         """A real walk in front of the event, joined where it matches best among some random frames."""
         features = pose_features(clip.root, clip.rotations)
         for _ in range(6):

@@ -12,16 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from torch.nn import functional
 
 from ...models import state
-from ...models.motion_net import MotionNet
+from ...models.motion_net import COURSE, MotionNet
 from . import dataset
 
-SHARES = {"sit": 0.52, "walk": 0.30, "run": 0.10, "idle": 0.08}
+SHARES = {"sit": 0.44, "lie": 0.16, "walk": 0.19, "stroll": 0.09, "run": 0.06, "idle": 0.06}
 WINDOW = 60  # frames of a rollout, L of section B.3
 # Weights of the loss. The goal's numbers are never read from a prediction: the caller knows the goal. FUTURE is not
 # read either, and both FUTURE and GOAL_TRAJECTORY hold what nobody can foretell.
 LOSS_WEIGHTS = ((state.GOAL, 0.02), (state.FUTURE, 0.3), (state.GOAL_TRAJECTORY, 0.5))
+LEAST_CHANGE = 0.002  # the same of the change that the decoder tells
+ROBUST = 1.0  # standard deviations beyond which an error counts by its size, not its square
 LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
 EMA = 0.98
 EMA_EVERY = 10
@@ -30,6 +33,8 @@ RUN_TIME_NOISE = 0.1  # standard deviation of z at run time
 # within a distance of the seat drawn from this range, and all along for a share of the rollouts.
 OWN_PATH = (0.4, 1.4)  # metres
 ALWAYS_OWN = 0.15
+LATEST = 6  # frames that a rollout may be early or late
+STAY = 0.9  # by which the frame after has to be farther off than its neighbours to be left for one of them
 
 
 @dataclass
@@ -68,7 +73,7 @@ class Trainer:
         self._measure_statistics()
         self.optimiser = torch.optim.Adam(self.net.parameters(), lr=schedule.rate, fused=True)
         self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
-        starts = data.starts(WINDOW)
+        starts = data.starts(WINDOW + LATEST)
         kinds = data.kinds[data.sequence[starts]]
         self.starts = {kind: starts[kinds == kind] for kind in SHARES if (kinds == kind).any()}
         self.weights = torch.ones(state.SIZE, device=device)
@@ -81,14 +86,15 @@ class Trainer:
         frames = np.flatnonzero(self.data.usable)
         frames = np.sort(self.rng.choice(frames, min(len(frames), 60000), replace=False))
         seated = frames[self.data.seated_goal[frames]][:: max(1, len(frames) // 6000)]
+        states, targets = self._states(self.data.states, frames), self._states(self.data.targets, frames)
         sample = {
-            "input": torch.as_tensor(self.data.states[frames].astype(np.float32)),
-            "target": torch.as_tensor(self.data.targets[frames].astype(np.float32)),
+            "input": states,
+            "target": targets - COURSE * state.extrapolate(states),
             "object": self.data.object_features(seated) if len(seated) else torch.zeros(2, 2048),
         }
         for name, values in sample.items():
             std = values.std(0)
-            floor = 1e-4 if name == "object" else LEAST_STD
+            floor = {"object": 1e-4, "input": LEAST_STD, "target": LEAST_CHANGE}[name]
             std = torch.where(std < 1e-5, torch.ones_like(std), std.clamp(min=floor))
             getattr(self.net, f"{name}_mean").copy_(values.mean(0))
             getattr(self.net, f"{name}_std").copy_(std)
@@ -106,38 +112,68 @@ class Trainer:
         # Some rollouts see the truth rarely, others often; the gait's phase of none may drift far from its target's.
         eager = self._uniform(0.4, 1.6)
         reach = torch.where(self._uniform(0, 1) < ALWAYS_OWN, 1e9, self._uniform(*OWN_PATH))
-        x = self._states(self.data.states, first)
+        x, at = self._states(self.data.states, first), first
         for t in range(WINDOW):
-            y = self._states(self.data.targets, first + t)
-            predicted, parts = self._step(x, y, self.data.object_features(first + t).to(self.device))
+            y = self._states(self.data.targets, at)
+            predicted, parts = self._step(x, y, self.data.object_features(at).to(self.device))
             for name in sums:
                 sums[name] += parts[name] / WINDOW
-            x = self._next_input(predicted, first + t + 1, eager, reach)
+            x, at = self._next_input(predicted, at + 1, first + t + 1, eager, reach)
             self.step_number += 1
         return sums
 
     def _next_input(
-        self, predicted: torch.Tensor, frames: np.ndarray, eager: torch.Tensor, reach: torch.Tensor
-    ) -> torch.Tensor:
+        self,
+        predicted: torch.Tensor,
+        at: np.ndarray,
+        clock: np.ndarray,
+        eager: torch.Tensor,
+        reach: torch.Tensor,
+    ) -> tuple[torch.Tensor, np.ndarray]:
         """Scheduled sampling (equation 5): each rollout goes on from the truth or from its own prediction (B, 647).
 
-        eager: (B, 1) by which the probability of the truth is multiplied. reach: (B, 1) metres from the seat within
-        which the future path is the prediction's even beside a true pose; farther off it is the planned one.
+        at: (B,) frames that follow the ones the rollouts were at; clock: (B,) frames they would be at had none
+        been early or late. eager: (B, 1) by which the probability of the truth is multiplied. reach: (B, 1) metres
+        from the seat within which the future path is the prediction's even beside a true pose; farther off it is
+        the planned one. Returns the inputs and the frames that they are at.
         """
-        truth = self._states(self.data.states, frames)
         fed = state.reroot(predicted)
+        at = self._aligned(fed, at, clock)
+        truth = self._states(self.data.states, at)
         fed[:, state.GOAL] = truth[:, state.GOAL]
         chance = self.schedule.keep_truth(self.step_number)
         keep = self._uniform(0, 1) < (1.0 if chance >= 1 else chance * eager)
-        distance = torch.as_tensor(self.data.goal_distance[frames], device=self.device)[:, None]
-        seat = torch.as_tensor(self.data.seated_goal[frames], device=self.device)[:, None]
+        distance = torch.as_tensor(self.data.goal_distance[at], device=self.device)[:, None]
+        seat = torch.as_tensor(self.data.seated_goal[at], device=self.device)[:, None]
         planned = torch.where(reach > 1e8, False, ~seat | (distance > reach))
         told = planned | (keep & (self._uniform(0, 1) < chance))
         own, true = (s[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9) for s in (fed, truth))
         path = torch.where(told[..., None], true[:, state.NOW + 1 :, :4], own[:, state.NOW + 1 :, :4])
         x = torch.where(keep, truth, fed)
         x[:, state.TRAJECTORY].view(-1, state.SAMPLES, 9)[:, state.NOW + 1 :, :4] = path
-        return state.consistent(x)
+        return state.consistent(x), at
+
+    def _aligned(self, fed: torch.Tensor, at: np.ndarray, clock: np.ndarray) -> np.ndarray:
+        """Frames (B,) near ``at`` whose true poses are nearest to the predicted ones, at most LATEST off the clock.
+
+        A rollout whose steps come a little sooner or later than the captured ones is not wrong. Held to the clock,
+        it is taught the mean of poses in different phases: smaller and smaller steps (measured).
+        """
+        best, nearest = at, None
+        scale = self.net.target_std[state.POSE]
+        for shift in (0, -1, 1):
+            frames = np.clip(at + shift, clock - LATEST, clock + LATEST)
+            frames = np.where(
+                self.data.usable[frames] & (self.data.sequence[frames] == self.data.sequence[at]), frames, at
+            )
+            pose = self._states(self.data.states, frames)[:, state.POSE]
+            distance = ((pose - fed[:, state.POSE]) / scale).square().mean(-1).cpu().numpy()
+            if nearest is None:
+                best, nearest = frames, distance * STAY
+            else:
+                closer = distance < nearest
+                best, nearest = np.where(closer, frames, best), np.where(closer, distance, nearest)
+        return best
 
     def _uniform(self, low: float, high: float) -> torch.Tensor:
         """One random number (B, 1) for each rollout."""
@@ -151,14 +187,14 @@ class Trainer:
         for group in self.optimiser.param_groups:
             group["lr"] = self.schedule.learning_rate(self.step_number)
         with torch.autocast(self.device, torch.bfloat16):
-            xn, yn = (x - net.input_mean) / net.input_std, (y - net.target_mean) / net.target_std
+            xn, yn = (x - net.input_mean) / net.input_std, net.change(y, x)
             seen = net.normalised_object(features)
             mean, log_variance = net.encode(xn, yn, seen)
             z = mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
             blind = self._blind(len(x))
             z = torch.where(blind, RUN_TIME_NOISE * torch.randn_like(mean), z)
             out = net.decoder(z, xn, seen).float()
-        error = (out - yn).square() * self.weights
+        error = functional.smooth_l1_loss(out, yn, reduction="none", beta=ROBUST) * self.weights
         divergence = -0.5 * (1 + log_variance - mean.square() - log_variance.exp()).float().sum(-1)
         kl = (divergence * ~blind[:, 0]).mean()
         loss = error.sum(-1).mean() + self.schedule.kl_weight * kl
@@ -171,7 +207,7 @@ class Trainer:
                 decay = min(EMA, 1 - 1 / (1 + self.step_number / EMA_EVERY))
                 for name, value in net.named_parameters():
                     self.average[name].lerp_(value, 1 - decay)
-        predicted = out.detach() * net.target_std + net.target_mean
+        predicted = net.told(out.detach(), x)
         pose = error[:, state.POSE].sum(-1).mean()
         return predicted, {"pose": pose.item(), "kl": kl.item(), "loss": loss.item()}
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..mocap import Clip
 from .events import headings
+from .natural import BRISK, pace
 from .sequence import ACTION_OF_LABEL, Sequence
 
 REACHED = 0.3  # metres: the distance at which a way-point counts as reached, as at run time
@@ -59,7 +60,9 @@ def walk_sequence(clip: Clip, rng: np.random.Generator) -> Sequence:
     yaw = headings(clip.root, clip.rotations)
     goal, action = way_points(clip.root, yaw, clip.labels, 0, len(clip), rng)
     share = {label: np.mean(clip.labels == label) for label in ("run", "walk")}
-    kind = "run" if share["run"] > 0.4 else "walk" if share["walk"] > 0.35 else "idle"
+    kind = "run" if share["run"] > 0.3 else "walk" if share["walk"] > 0.35 else "idle"
+    if kind == "walk" and pace(clip) < BRISK:
+        kind = "stroll"
     still = np.isin(clip.labels, STANDING)
     return Sequence(
         kind, clip.root, clip.rotations, clip.labels, clip.feet, clip.bad, goal, action,
