@@ -13,6 +13,7 @@ import torch
 
 from ...models import weights
 from .. import mocap
+from .natural import styled
 
 START_POSES = 12
 _QUIET = 0.05  # m/s that the pelvis may move in a start pose
@@ -21,7 +22,7 @@ _QUIET = 0.05  # m/s that the pelvis may move in a start pose
 def start_poses(folder: Path, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Pelvis heights (K,) and local quaternions (K, 22, 4) of quiet upright standing, from different clips."""
     heights, poses = [], []
-    clips = mocap.load_clips(folder)
+    clips = [clip for clip in mocap.load_clips(folder) if not styled(clip)]
     for k in np.random.default_rng(seed).permutation(len(clips)):
         clip = clips[k]
         speed = (

@@ -94,9 +94,9 @@ def collides(
         return "stands in it"
     if (~sat).any() and deep[~sat][:, 2:].any(1).mean() > 0.03:
         return "walks into it"
-    if deep[sat][:, 2:8].any(1).mean() > 0.15:
+    if sat.any() and deep[sat][:, 2:8].any(1).mean() > 0.15:
         return "limbs in it"
-    if deep[sat][:, 8:].any(1).mean() > 0.15:
+    if sat.any() and deep[sat][:, 8:].any(1).mean() > 0.15:
         return "trunk in it"
     return None
 
