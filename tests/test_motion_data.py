@@ -32,7 +32,7 @@ def clip(count, root=(0.0, 0.93, 0.0), velocity=(0.0, 0.0, 0.0), yaw=0.0, pose=(
 
 
 SITTING = (("left_hip", -85), ("right_hip", -85), ("left_knee", 85), ("right_knee", 85))
-LEGS_OUT = (("left_hip", -92), ("right_hip", -92), ("left_knee", 8), ("right_knee", 8))
+LEGS_OUT = (("left_hip", -105), ("right_hip", -105), ("left_knee", 8), ("right_knee", 8))
 
 
 @pytest.mark.parametrize("yaw, spoilt", [(0, False), (30, False), (90, True), (180, True)])
