@@ -15,7 +15,8 @@ import torch
 from torch.nn import functional
 
 from ...models import state
-from ...models.motion_net import COURSE, MotionNet
+from ...models.baselines import NETWORKS
+from ...models.motion_net import COURSE
 from . import dataset
 
 SHARES = {"sit": 0.44, "lie": 0.16, "walk": 0.19, "stroll": 0.09, "run": 0.06, "idle": 0.06}
@@ -39,7 +40,7 @@ STAY = 0.9  # by which the frame after has to be farther off than its neighbours
 
 @dataclass
 class Schedule:
-    """P of equation 5 and the learning rate, over the share of training done."""
+    """What is trained and how: P of equation 5 and the learning rate, over the share of training done."""
 
     steps: int
     rate: float
@@ -48,6 +49,7 @@ class Schedule:
     least_truth: float
     kl_weight: float
     prior_share: float
+    network: str = "motion_net"
 
     def keep_truth(self, step: int) -> float:
         """Probability that the true state, not the prediction, is the next input."""
@@ -69,7 +71,7 @@ class Trainer:
         torch.manual_seed(seed)
         self.rng = np.random.default_rng(seed)
         self.data, self.schedule, self.batch, self.device = data, schedule, batch, device
-        self.net = MotionNet().to(device)
+        self.net = NETWORKS[schedule.network]().to(device)
         self._measure_statistics()
         self.optimiser = torch.optim.Adam(self.net.parameters(), lr=schedule.rate, fused=True)
         self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
@@ -157,7 +159,7 @@ class Trainer:
         """Frames (B,) near ``at`` whose true poses are nearest to the predicted ones, at most LATEST off the clock.
 
         A rollout whose steps come a little sooner or later than the captured ones is not wrong. Held to the clock,
-        it is taught the mean of poses in different phases: smaller and smaller steps (measured).
+        it would be taught the mean of poses in different phases: smaller and smaller steps.
         """
         best, nearest = at, None
         scale = self.net.target_std[state.POSE]
@@ -193,6 +195,7 @@ class Trainer:
             z = mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
             blind = self._blind(len(x))
             z = torch.where(blind, RUN_TIME_NOISE * torch.randn_like(mean), z)
+            z = z if self.schedule.network == "motion_net" else torch.zeros_like(z)
             out = net.decoder(z, xn, seen).float()
         error = functional.smooth_l1_loss(out, yn, reduction="none", beta=ROBUST) * self.weights
         divergence = -0.5 * (1 + log_variance - mean.square() - log_variance.exp()).float().sum(-1)
@@ -252,13 +255,20 @@ def main() -> None:
     parser.add_argument("--least-truth", type=float, default=0.3, help="P never falls below this")
     parser.add_argument("--kl", type=float, default=0.6, help="weight of the KL term")
     parser.add_argument("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
+    parser.add_argument("--network", choices=NETWORKS, default="motion_net")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     data = dataset.load(options.data, options.work / "features")
     schedule = Schedule(
-        options.steps, options.rate, *options.sampling, options.least_truth, options.kl, options.prior
+        options.steps,
+        options.rate,
+        *options.sampling,
+        options.least_truth,
+        options.kl,
+        options.prior,
+        options.network,
     )
     trainer = Trainer(data, schedule, options.batch, options.seed, device)
     checkpoint = options.work / "checkpoint.pt"

@@ -1,0 +1,61 @@
+"""The networks that the paper measures MotionNet against (appendix C). They have no latent variable."""
+
+from __future__ import annotations
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from . import state
+from .motion_net import LATENT, OBJECT, OBJECT_CODE, MotionNet, three_layers
+
+
+class PlainDecoder(nn.Module):
+    """Figure S.4: the interaction encoder and four fully connected layers."""
+
+    def __init__(self, hidden: int = 512) -> None:
+        super().__init__()
+        self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
+        sizes = (state.SIZE + OBJECT_CODE, hidden, hidden, hidden, state.SIZE)
+        self.layers = nn.ModuleList([nn.Linear(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True)])
+
+    def forward(
+        self, z: torch.Tensor, x: torch.Tensor, features: torch.Tensor, mix_weights: bool = False
+    ) -> torch.Tensor:
+        """As models.motion_net.Decoder, but z tells nothing and there are no experts to mix."""
+        h = torch.cat([x, self.interaction_encoder(features)], -1)
+        for layer in self.layers[:-1]:
+            h = functional.elu(layer(h))
+        return self.layers[-1](h)
+
+
+class _Deterministic(MotionNet):
+    """A network without the state encoder, whose z is always zero."""
+
+    def encode(
+        self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Mean zero and log-variance zero (B, 64): the KL divergence vanishes."""
+        zero = torch.zeros(len(x), LATENT, device=x.device)
+        return zero, zero
+
+    def step(
+        self, x: torch.Tensor, features: torch.Tensor, z: torch.Tensor, mix_weights: bool = False
+    ) -> torch.Tensor:
+        """As MotionNet.step; z counts for nothing."""
+        return super().step(x, features, torch.zeros_like(z), mix_weights)
+
+
+class Mlp(_Deterministic):
+    """MLP of the paper's tables."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.decoder = PlainDecoder()
+
+
+class MixtureOfExperts(_Deterministic):
+    """MoE of the paper's tables: MotionNet's decoder, its z zero."""
+
+
+NETWORKS: dict[str, type[MotionNet]] = {"motion_net": MotionNet, "mlp": Mlp, "moe": MixtureOfExperts}
