@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..motion import Goal
+from ..motion import Goal, Motion
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,8 @@ class Request:
     goal: where the pelvis shall end; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
     from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
     seed: of its noise. hold_seconds: how long the action is held at its end. style: standard deviation of the
-    noise z, 0.1 as in SAMP.
+    noise z, 0.1 as in SAMP. after: the motion that the take goes on from, at 30 frames a second; left out, the
+    character stands at the start.
     """
 
     start_position: np.ndarray
@@ -30,3 +31,4 @@ class Request:
     seed: int = 0
     hold_seconds: float = 2.0
     style: float = 0.1
+    after: Motion | None = None

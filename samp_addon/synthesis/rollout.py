@@ -14,6 +14,7 @@ import torch
 from ...models import state
 from ...models.motion_net import LATENT, MotionNet
 from .. import skeleton
+from .start import Start
 
 FUTURE = state.SAMPLES - state.NOW - 1
 Follow = Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
@@ -40,50 +41,25 @@ class Rollout:
     def __init__(
         self,
         net: MotionNet,
-        pelvis_height: torch.Tensor,
-        local_matrices: torch.Tensor,
-        roots: torch.Tensor,
+        starts: list[Start],
         centres: torch.Tensor,
         occupancy: torch.Tensor,
         seeds: list[int],
         style: torch.Tensor,
     ) -> None:
-        """pelvis_height (B,), local_matrices (B, 22, 3, 3) of the start pose, roots (B, 3) of the start.
-
-        centres (B, 512, 3) world and occupancy (B, 512) of the objects. style: (B, 1) standard deviation of z.
-        """
+        """centres (B, 512, 3) world and occupancy (B, 512) of the objects. style: (B, 1) standard deviation of z."""
         self.net, self.style = net, style
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
         rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
-        self._stand(pelvis_height, local_matrices, roots)
-
-    def _stand(self, height: torch.Tensor, local: torch.Tensor, roots: torch.Tensor) -> None:
-        """Start: still, at the roots, in the start poses."""
-        count = len(roots)
-        self.roots = roots.clone()
-        globals_ = [local[:, 0]]
-        for j in range(1, state.JOINTS):
-            globals_.append(globals_[skeleton.PARENTS[j]] @ local[:, j])
-        matrices = torch.stack(globals_, 1)
-        pelvis = torch.stack([torch.zeros_like(height), height, torch.zeros_like(height)], -1)
-        joints = self._forward(pelvis, matrices)
-        # The pose is stored with any heading: turn it so that its own heading is the root's.
-        turn = roots[:, 2] - state.heading_yaw(joints)
-        about = _about_y(turn)
-        self.matrices = about[:, None] @ matrices
-        pelvis = pelvis + torch.stack([roots[:, 0], torch.zeros(count), roots[:, 1]], -1)
-        self.joints = self._forward(pelvis, self.matrices)
-        self.velocities = torch.zeros_like(self.joints)
-        self.contacts = torch.tensor([0.0, 0.0, 0.0, 1.0, 1.0]).repeat(count, 1)
-        idle = torch.eye(state.ACTIONS)[0]
-        span = state.NOW * state.SAMPLE_STRIDE + 1
-        self.past_roots = roots[:, None].repeat(1, span, 1)
-        self.past_actions = idle.repeat(count, span, 1)
+        stacked = lambda name: torch.stack([getattr(start, name) for start in starts])
+        self.joints, self.matrices, self.velocities = map(stacked, ("joints", "matrices", "velocities"))
+        self.contacts, self.past_roots, self.past_actions = map(stacked, ("contacts", "roots", "actions"))
+        self.roots = self.past_roots[:, -1].clone()
         self.past_goals: torch.Tensor | None = None
-        self.future_roots = roots[:, None].repeat(1, FUTURE, 1)
-        self.future_actions = idle.repeat(count, FUTURE, 1)
+        self.future_roots = self.roots[:, None].repeat(1, FUTURE, 1)
+        self.future_actions = self.past_actions[:, -1:].repeat(1, FUTURE, 1)
 
     def _forward(self, pelvis: torch.Tensor, matrices: torch.Tensor) -> torch.Tensor:
         """World joints (B, 22, 3) of pelvis (B, 3) and global matrices (B, 22, 3, 3)."""

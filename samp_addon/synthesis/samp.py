@@ -179,15 +179,22 @@ def _rollout(takes: list[_Take]) -> Rollout:
     import torch
 
     from .rollout import Rollout
+    from .start import Start
 
     net, heights, poses = load_network()
-    pick = torch.tensor([take.request.seed % len(heights) for take in takes])
-    matrices = torch.as_tensor(rotation.quaternion_to_matrix(poses.numpy()), dtype=torch.float32)[pick]
-    places = [(*take.request.start_position[[0, 2]], take.request.start_yaw) for take in takes]
+    starts = []
+    for take in takes:
+        request = take.request
+        if request.after is not None:
+            starts.append(Start.after(request.after, float(take.route.points[0][1])))
+            continue
+        pick = request.seed % len(heights)
+        root = np.array([*request.start_position[[0, 2]], request.start_yaw])
+        starts.append(Start.standing(float(heights[pick]), poses[pick].double().numpy(), root))
     centres, occupancy = _objects(takes)
     tensor = lambda values: torch.as_tensor(np.asarray(values), dtype=torch.float32)
     return Rollout(
-        net, heights[pick], matrices, tensor(places), tensor(centres), tensor(occupancy),
+        net, starts, tensor(centres), tensor(occupancy),
         [take.request.seed for take in takes], tensor([[take.request.style] for take in takes]),
     )  # fmt: skip
 
