@@ -14,7 +14,11 @@ def taken(action="walk", travelled=0.0, speed=0.0, direction=(0.0, 0, 1), end=(0
     """A take on a straight way of 5 m along +Z, or to ``end``."""
     goal = Goal(np.array(end, float), np.array(direction, float), action)
     return SimpleNamespace(
-        route=Route(np.zeros(3), np.zeros((0, 3)), goal, action), travelled=travelled, speed=speed, pace=1.2
+        route=Route(np.zeros(3), np.zeros((0, 3)), goal, action),
+        travelled=travelled,
+        speed=speed,
+        pace=1.2,
+        risen=1.0,
     )
 
 
@@ -31,6 +35,12 @@ def test_who_faces_away_turns_before_walking_off():
     assert path[-1, 1] < 0.3
     turned = np.degrees(170 * np.pi / 180 - path[:, 2])
     assert (np.diff(turned) > 0).all() and 100 < turned[-1] <= 150 + 1e-6
+
+
+def test_who_still_sits_does_not_walk_off():
+    take = taken()
+    take.risen = 0.15
+    assert steering.plan(take, np.zeros(3))[-1, 1] < 0.25
 
 
 @pytest.mark.parametrize("aside", [0.3, -0.2])

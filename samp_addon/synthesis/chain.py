@@ -7,7 +7,7 @@ own: nothing here knows bpy, and what ``progress`` raises stops it.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import SampError
 from ..evaluation import collision, metrics
-from ..frames import yaw_direction
+from ..frames import direction_yaw, yaw_direction
 from ..job import SEATED, Job
 from ..motion import Goal, Motion
 from ..scene import navmesh as navigation
@@ -65,7 +65,10 @@ class Situation:
 
 @dataclass(frozen=True)
 class Take:
-    """One generated take. goal: for walks at the standing pelvis' height. waypoints: (N, 3), start first."""
+    """One generated take. goal: for walks at the standing pelvis' height. waypoints: (N, 3), start first.
+
+    steps: the takes that it was joined from, see sequence.py; empty for a single action.
+    """
 
     seed: int
     motion: Motion
@@ -73,6 +76,7 @@ class Take:
     waypoints: np.ndarray
     seconds: dict[str, float] = field(default_factory=dict)
     attempts: int = 1
+    steps: tuple[Take, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -129,10 +133,12 @@ def synthesise(
     situation: Situation,
     progress: Progress = lambda stage, share: None,
     tools: Tools | None = None,
+    after: Mapping[int, Take] | None = None,
 ) -> tuple[list[Take], list[Failure]]:
     """The job's takes, and why others failed. Raises SampError where no take can be made at all.
 
-    All takes are rolled out as one batch; those that fail are tried again together.
+    All takes are rolled out as one batch; those that fail are tried again together. after: by seed, the takes that
+    these go on from; then only their seeds are made, and the situation's start counts for nothing.
     """
     clock = Clock()
     progress("Loading", 0.0)
@@ -140,10 +146,11 @@ def synthesise(
         tools = tools or networks()
     progress("Finding the floor", 0.0)
     with clock.stage("navmesh"):
-        chain = _Chain(job, situation, tools, _navmesh(situation))
+        chain = _Chain(job, situation, tools, _navmesh(situation, after or {}), after or {})
     best: dict[int, Take] = {}
     reasons: dict[int, str] = {}
-    waiting = list(job.seeds)
+    seeds = list(job.seeds if after is None else after)
+    waiting = seeds
     for attempt in range(ATTEMPTS):
         for start in range(0, len(waiting), MOST_AT_ONCE):
             some = waiting[start : start + MOST_AT_ONCE]
@@ -160,16 +167,29 @@ def synthesise(
         if not waiting:
             break
     progress("Done", 1.0)
-    takes = [replace(best[seed], seconds=clock.seconds) for seed in job.seeds if seed in best]
-    return takes, [Failure(seed, reasons[seed]) for seed in job.seeds if seed not in best]
+    takes = [replace(best[seed], seconds=clock.seconds) for seed in seeds if seed in best]
+    return takes, [Failure(seed, reasons[seed]) for seed in seeds if seed not in best]
+
+
+def end_of(take: Take) -> tuple[np.ndarray, float]:
+    """Where a way can begin after a take, floor (3,) and yaw: beside the seat, or where the character stands."""
+    yaw = float(direction_yaw(metrics.heading(take.motion)[-1]))
+    return (take.waypoints[-1] if take.goal.action in SEATED else _below_pelvis(take)), yaw
+
+
+def _below_pelvis(take: Take) -> np.ndarray:
+    """The floor (3,) under the pelvis at a take's end, at the height of the floor that it came on."""
+    place = take.motion.root[-1].copy()
+    place[1] = take.waypoints[-1][1]
+    return place
 
 
 def _error(take: Take) -> float:
     return metrics.position_error(take.motion, take.goal)
 
 
-def _navmesh(situation: Situation) -> navigation.NavMesh:
-    places = [goal.position for goal in situation.goals]
+def _navmesh(situation: Situation, after: Mapping[int, Take]) -> navigation.NavMesh:
+    places = [goal.position for goal in situation.goals] + [take.waypoints[-1] for take in after.values()]
     for place in (situation.start, situation.destination):
         if place is not None:
             places.append(place[0])
@@ -186,6 +206,7 @@ class _Chain:
     situation: Situation
     tools: Tools
     mesh: navigation.NavMesh
+    after: Mapping[int, Take]
 
     def attempt(
         self, seeds: Sequence[int], number: int, progress: Progress, clock: Clock
@@ -195,7 +216,7 @@ class _Chain:
         for seed in seeds:
             progress("Choosing a place", 0.0)
             try:
-                requests[seed] = self._request((seed + number * _NEXT_ATTEMPT) % 2**31, clock)
+                requests[seed] = self._request(seed, (seed + number * _NEXT_ATTEMPT) % 2**31, clock)
             except SampError as error:
                 results[seed] = error
         with clock.stage("rollout"):
@@ -208,19 +229,20 @@ class _Chain:
             results[seed] = motion if failed else Take(seed, motion, goal, request.waypoints, {}, number + 1)
         return [results[seed] for seed in seeds]
 
-    def _request(self, noise: int, clock: Clock) -> Request:
+    def _request(self, seed: int, noise: int, clock: Clock) -> Request:
         """A place on the target and a way there. Raises SampError."""
+        before = self.after.get(seed)
         rng = np.random.default_rng(noise)
         seated = self.job.action in SEATED
         with clock.stage("goal"):
             goal = self._seat(noise) if seated else self._standing_goal(rng)
         with clock.stage("path"):
-            start, yaw = self._start(goal.position, rng)
+            start, yaw = self._start(goal.position, rng) if before is None else end_of(before)
             plan = paths.plan_to_goal if seated else lambda mesh, a, b: paths.plan(mesh, a, b.position)
             waypoints = plan(self.mesh, start, goal).waypoints
             goal = _facing(goal, waypoints, yaw)
         return Request(
-            start_position=waypoints[0],
+            start_position=waypoints[0] if before is None else _below_pelvis(before),
             start_yaw=yaw,
             action=self.job.action,
             goal=goal,
@@ -229,6 +251,7 @@ class _Chain:
             object_yaw=self._front if seated else 0.0,
             seed=noise,
             hold_seconds=self.job.hold,
+            after=None if before is None else before.motion,
         )
 
     @cached_property

@@ -27,6 +27,8 @@ PACES = {"walk": 1.15, "run": 2.4}  # m/s on a free stretch
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
 FPS = 30
+SEATED_PELVIS, STANDING_PELVIS = 0.65, 0.85  # metres over the floor
+RISING = 0.15  # share of the pace at which somebody sets off who still sits
 RECLINED = 0.6  # cosine of the chest's slope from which a body counts as lying
 CHEST = skeleton.INDEX["spine3"]
 RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots")
@@ -86,6 +88,7 @@ class _Take:
     front: SeatFront | None = None
     travelled: float = 0.0
     speed: float = 0.0
+    risen: float = 1.0
     held: int = 0
     done_at: int | None = None
 
@@ -118,6 +121,9 @@ class _Take:
         """
         self.travelled = self.route.project(root, self.travelled)
         self.speed = speed
+        self.risen = float(
+            np.clip((pelvis[1] - SEATED_PELVIS) / (STANDING_PELVIS - SEATED_PELVIS), RISING, 1.0)
+        )
         last = len(self.route.goals) - 1
         while self.number < last:
             goal = self.goal()

@@ -33,12 +33,14 @@ _TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 
 
 class OnRoute(Protocol):
-    """What steering needs of a take: its route, metres travelled along it, and its present and wanted speed, m/s."""
+    """What steering needs of a take: its route, metres travelled along it, its present and wanted speed, m/s, and how
+    far it has stood up, 0 to 1."""
 
     route: Route
     travelled: float
     speed: float
     pace: float
+    risen: float
 
 
 def guides(takes: Sequence[OnRoute]) -> tuple[Follow, Steer]:
@@ -69,7 +71,7 @@ def plan(take: OnRoute, root: np.ndarray) -> np.ndarray:
     route = take.route
     heading = _facing(route, np.array([take.travelled]))[0]
     # Who faces away from the way turns before walking off.
-    pace = take.pace * max(0.15, float(np.cos(np.clip(_wrapped(heading - root[2]), -1.5, 1.5))))
+    pace = take.pace * take.risen * max(0.15, float(np.cos(np.clip(_wrapped(heading - root[2]), -1.5, 1.5))))
     ahead = take.travelled + _distances(take.speed, pace, max(route.length - take.travelled, 0.0))
     places = route.at(ahead) + (root[:2] - route.at(take.travelled)) * np.exp(-_TIMES / RETURN)[:, None]
     turns = _wrapped(_facing(route, ahead) - root[2])
