@@ -20,6 +20,7 @@ METHODS = ("samp", "long_term", "scene_gan")
 READY_METHODS = ("samp",)
 SEATED = ("sit", "lie")
 MOST_VARIANTS = 1000
+STEP = ("action", "target", "to")
 
 
 class UsageError(SampError):
@@ -33,7 +34,7 @@ class Job:
     target: name of an object, empty or collection. to: place (x, y, z) or (x, y, z, yaw) to walk to.
     character: name of an SMPL-X armature; empty: the caller's choice. start: (x, y, z, yaw) or None for where
     the character stands, or a free place. seed: of the first take; variants: how many. hold: seconds at the
-    end.
+    end. then: what follows in the same takes; of these jobs only action, target and to count.
     """
 
     action: str = "sit"
@@ -46,6 +47,7 @@ class Job:
     refine: bool = False
     method: str = "samp"
     hold: float = 2.0
+    then: tuple[Job, ...] = ()
 
     def __post_init__(self) -> None:
         self._check_choices()
@@ -55,6 +57,12 @@ class Job:
     def seeds(self) -> range:
         """The takes' seeds, from `seed` upward."""
         return range(self.seed, self.seed + self.variants)
+
+    @property
+    def steps(self) -> tuple[Job, ...]:
+        """The single actions, in their order, each a job of its own."""
+        own = {"seed": self.seed, "variants": self.variants, "hold": self.hold, "method": self.method}
+        return (replace(self, then=()), *(replace(job, **own, then=()) for job in self.then))
 
     def _check_choices(self) -> None:
         if self.action not in ACTIONS:
@@ -98,6 +106,7 @@ class Order:
     def options(self) -> dict[str, Any]:
         """The options in force, as JSON holds them; paths absolute."""
         told = {f.name: getattr(self.job, f.name) for f in fields(Job)}
+        told["then"] = [{name: getattr(job, name) for name in STEP} for job in self.job.then]
         for name in ("scene", "output", "npz"):
             path = getattr(self, name)
             told[name] = None if path is None else str(path.absolute())
@@ -119,8 +128,13 @@ def parser() -> argparse.ArgumentParser:
     )
     add = made.add_argument
     add("--scene", metavar="FILE", help=".blend, .glb, .gltf, .obj, .fbx or .usd; left out, the open file")
-    add("--action", metavar="ACTION", help=", ".join(ACTIONS))
-    add("--target", metavar="NAME", help="object, or empty or collection that holds the furniture's parts")
+    add("--action", metavar="ACTION", help=", ".join(ACTIONS) + "; several in a row with commas between them")
+    add(
+        "--target",
+        metavar="NAME",
+        help="object, or empty or collection that holds the furniture's parts; "
+        "for several actions one each, with commas between them",
+    )
     add("--to", type=float, nargs="+", metavar="N", help="X Y Z [YAW]: where to walk or run, metres, degrees")
     add("--character", metavar="NAME", help="an SMPL-X armature; left out, the default human is made")
     add("--start", type=float, nargs="+", metavar="N", help="X Y Z YAW: metres and degrees; yaw 0 faces -Y")
@@ -147,22 +161,55 @@ def parse(arguments: Sequence[str]) -> dict[str, Any]:
 
 def order(options: Mapping[str, Any]) -> Order:
     """One order from options by their names without dashes. Raises UsageError for unknown or unusable ones."""
-    known = {f.name: f.type for f in fields(Job)} | dict.fromkeys(
+    known = {f.name: f.type for f in fields(Job) if f.name != "then"} | dict.fromkeys(
         ("scene", "output", "npz", "report"), "path"
     )
     unknown = sorted(set(options) - set(known))
     if unknown:
         raise UsageError(f"There is no option '{unknown[0]}'; use {', '.join(sorted(known))}.")
-    values = {name: _typed(name, known[name], value) for name, value in options.items() if value is not None}
+    steps = _steps({name: options[name] for name in STEP if options.get(name) is not None})
+    values = {
+        name: _typed(name, known[name], value)
+        for name, value in (options | steps[0]).items()
+        if value is not None and name not in set(STEP) - set(steps[0])
+    }
     if "action" not in values:
         raise UsageError("Say what to do with --action: " + ", ".join(ACTIONS) + ".")
-    job = Job(**{name: value for name, value in values.items() if known[name] != "path"})
+    then = tuple(
+        Job(**{name: _typed(name, known[name], value) for name, value in step.items()}) for step in steps[1:]
+    )
+    job = Job(**{name: value for name, value in values.items() if known[name] != "path"}, then=then)
     made = Order(job, **{name: value for name, value in values.items() if known[name] == "path"})
     if made.output is None and made.npz is None and made.report is None:
         raise UsageError("Say where the result goes with --output, --npz or --report.")
     if made.output is not None and made.output.suffix != ".blend":
         raise UsageError(f"--output is '{made.output}'; name a .blend file.")
     return made
+
+
+def _steps(told: dict[str, Any]) -> list[dict[str, Any]]:
+    """The options of each step. Lists, or text with commas, tell several; one --to belongs to the only walk that
+    has no target. Raises UsageError."""
+    action = told.get("action")
+    several = isinstance(action, list) or (isinstance(action, str) and "," in action)
+    if not several:
+        return [told]
+    split = (
+        lambda value: [part.strip() for part in value.split(",")] if isinstance(value, str) else list(value)
+    )
+    actions, targets, to = split(action), split(told.get("target", [])), told.get("to")
+    if len(targets) > len(actions):
+        raise UsageError(f"There are {len(targets)} targets for {len(actions)} actions; name one for each.")
+    targets += [""] * (len(actions) - len(targets))
+    steps = [{"action": a, "target": t} for a, t in zip(actions, targets, strict=True)]
+    if to is not None:
+        ways = [step for step in steps if step["action"] in ("walk", "run") and not step["target"]]
+        places = to if isinstance(to[0], list | tuple) else [to]
+        if len(ways) != len(places):
+            raise UsageError(f"There are {len(places)} places --to for {len(ways)} walks without a target.")
+        for step, place in zip(ways, places, strict=True):
+            step["to"] = place
+    return steps
 
 
 def _typed(name: str, kind: str, value: object) -> object:

@@ -157,7 +157,7 @@ def _save(path: Path) -> Path:
 def npz_paths(order: Order) -> dict[int, Path]:
     """Where each seed's take goes, named after scene, action, target and seed."""
     scene = order.scene.stem if order.scene else Path(bpy.data.filepath or "untitled").stem
-    words = [scene, order.job.action, order.job.target]
+    words = [scene, *(word for step in order.job.steps for word in (step.action, step.target))]
     stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
     return {seed: order.npz / f"{stem}_{seed}.npz" for seed in order.job.seeds}
 

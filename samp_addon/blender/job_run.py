@@ -52,7 +52,7 @@ class JobRun:
 
     def _work(self, tools: chain.Tools | None) -> None:
         try:
-            self._made = chain.synthesise(self.plan.job, self.plan.situation, self._progress, tools)
+            self._made = jobs.synthesise(self.plan, self._progress, tools)
         except BaseException as error:  # it is raised again where the artist sees it
             self._error = error
 

@@ -17,12 +17,15 @@ from .. import frames
 from ..errors import SampError
 from ..evaluation import metrics
 from ..job import Job
+from ..scene.geometry import SceneGeometry
 from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
+from ..synthesis.sequence import synthesise_steps
 from . import actions, armature, character, measuring, read_scene
 from . import goals as arrows
 
 SCHEMA_VERSION = 1
+LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
 
 class Cancelled(Exception):
@@ -31,10 +34,11 @@ class Cancelled(Exception):
 
 @dataclass(frozen=True)
 class Plan:
-    """A job read from the scene. owner: the armature that gets the takes; None to make the default human."""
+    """A job read from the scene: what each of its steps has to know. owner: the armature that gets the takes; None to
+    make the default human."""
 
     job: Job
-    situation: Situation
+    situations: list[Situation]
     owner: bpy.types.Object | None
 
 
@@ -57,7 +61,16 @@ def run(
 ) -> Result:
     """The whole job. Raises SampError if not one take can be made, and whatever progress raises."""
     plan = read(context, job, new_character)
-    return write(context, plan, *chain.synthesise(job, plan.situation, progress, tools), progress)
+    return write(context, plan, *synthesise(plan, progress, tools), progress)
+
+
+def synthesise(
+    plan: Plan,
+    progress: chain.Progress = lambda stage, share: None,
+    tools: chain.Tools | None = None,
+) -> tuple[list[Take], list[Failure]]:
+    """The plan's takes and what failed; needs no Blender, and may run in a thread of its own."""
+    return synthesise_steps(list(zip(plan.job.steps, plan.situations, strict=True)), progress, tools)
 
 
 def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
@@ -66,19 +79,31 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     # Characters move: where another one stands now is no obstacle.
     exclude = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
     scene = read_scene.read_scene(context, exclude)
+    start = _start(job, owner)
+    situations = [_situation(context, step, scene, start, exclude) for step in job.steps]
+    return Plan(job, situations, owner)
+
+
+def _situation(
+    context: bpy.types.Context,
+    step: Job,
+    scene: SceneGeometry,
+    start: tuple[np.ndarray, float] | None,
+    exclude: Sequence[bpy.types.Object],
+) -> Situation:
+    """What one step has to know of the scene."""
     target, goals = None, ()
-    if job.target:
-        target = read_scene.read_target(context, job.target, exclude)
-        goals = arrows.read_goals(context, target, job.action)
-    situation = Situation(
+    if step.target:
+        target = read_scene.read_target(context, step.target, exclude)
+        goals = arrows.read_goals(context, target, step.action)
+    return Situation(
         scene=scene,
         target=None if target is None else target.triangles,
         parts=() if target is None else target.parts,
-        start=_start(job, owner),
-        destination=None if job.to is None else _place(job.to),
+        start=start,
+        destination=None if step.to is None else _place(step.to),
         goals=goals,
     )
-    return Plan(job, situation, owner)
 
 
 def write(
@@ -164,7 +189,8 @@ def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
 
 
 def _name(job: Job, take: Take) -> str:
-    return " ".join(part for part in (job.action, job.target, str(take.seed)) if part)
+    told = ", ".join(" ".join(part for part in (step.action, step.target) if part) for step in job.steps)
+    return f"{told[:LONGEST_NAME]} {take.seed}"
 
 
 def _report(
@@ -178,12 +204,12 @@ def _report(
         shown = actions.read_motion(owner, action, scene=context.scene)
         floor = float(take.waypoints[:, 1].min())
         body = character.body_of(owner)
-        numbers = metrics.measure(shown, take.goal, plan.situation.scene.triangles, floor, body)
+        numbers = metrics.measure(shown, take.goal, plan.situations[-1].scene.triangles, floor, body)
     begun = shown.interaction_start
     return {
         "seed": take.seed,
-        "action": plan.job.action,
-        "target": plan.job.target,
+        "action": ",".join(step.action for step in plan.job.steps),
+        "target": ",".join(step.target for step in plan.job.steps),
         "armature": owner.name,
         "action_name": action.name,
         "frame_start": int(first),
@@ -193,10 +219,27 @@ def _report(
         "goal_direction": _rounded(frames.to_blender(take.goal.direction)),
         "waypoints": _rounded(frames.to_blender(take.waypoints)),
         "interaction_start": None if begun is None else int(first) + int(begun),
+        "steps": _steps(plan.job, take, int(first), (last - first) / max(len(take.motion) - 1, 1)),
         "attempts": take.attempts,
         "metrics": {name: _rounded(value) for name, value in numbers.items()},
         "seconds": {name: round(value, 3) for name, value in clock.seconds.items()},
     }
+
+
+def _steps(job: Job, take: Take, first: int, scale: float) -> list[dict]:
+    """What each step of a take is and where it ends, in the scene's frames; empty for a single action."""
+    told, ends = [], np.cumsum([len(step.motion) for step in take.steps]) - 1
+    for step, made, end in zip(job.steps, take.steps, ends, strict=False):
+        told.append(
+            {
+                "action": step.action,
+                "target": step.target,
+                "frame_end": first + round(float(end) * scale),
+                "goal_position": _rounded(frames.to_blender(made.goal.position)),
+                "goal_direction": _rounded(frames.to_blender(made.goal.direction)),
+            }
+        )
+    return told
 
 
 def _rounded(value: object) -> object:

@@ -235,7 +235,7 @@ class _Chain:
         rng = np.random.default_rng(noise)
         seated = self.job.action in SEATED
         with clock.stage("goal"):
-            goal = self._seat(noise) if seated else self._standing_goal(rng)
+            goal = self._seat(noise) if seated else self._standing_goal(rng, before)
         with clock.stage("path"):
             start, yaw = self._start(goal.position, rng) if before is None else end_of(before)
             plan = paths.plan_to_goal if seated else lambda mesh, a, b: paths.plan(mesh, a, b.position)
@@ -285,7 +285,7 @@ class _Chain:
         low, high = target.min((0, 1)) - SURROUNDINGS, target.max((0, 1)) + SURROUNDINGS
         return collision.near_box(others.triangles, low, high)
 
-    def _standing_goal(self, rng: np.random.Generator) -> Goal:
+    def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """A place on the floor; its direction is zero where none is asked for."""
         situation, action = self.situation, self.job.action
         if situation.destination is not None:
@@ -293,7 +293,7 @@ class _Chain:
             return Goal(position, np.zeros(3) if yaw is None else yaw_direction(yaw), action)
         if situation.target is not None:
             return self._beside(situation.target)
-        place, yaw = self._start(self.mesh.points.mean(0), rng)
+        place, yaw = self._start(self.mesh.points.mean(0), rng) if before is None else end_of(before)
         return Goal(self.mesh.ground.points(np.array(self.mesh.nearest(place))), yaw_direction(yaw), action)
 
     def _beside(self, triangles: np.ndarray) -> Goal:
