@@ -5,7 +5,7 @@ import pytest
 from samp_blender.samp_addon import frames, rotation
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.synthesis import finish
-from samp_blender.samp_addon.synthesis.route import Route
+from samp_blender.samp_addon.synthesis.route import STANDS_AHEAD, Route
 
 FRAMES, WALK = 150, 100
 
@@ -54,11 +54,23 @@ def test_route_drops_corners_near_the_goal_and_ends_on_it():
     goal = Goal(np.array([2.0, 0.6, 3.0]), np.array([1.0, 0, 0]))
     corners = np.array([[0, 0, 0], [0, 0, 3.0], [1.7, 0, 3.0]])
     route = Route(np.zeros(3), corners, goal, "sit")
-    assert len(route.goals) == 2 and route.length == pytest.approx(5)
+    assert len(route.goals) == 2 and route.length == pytest.approx(3 + 2 + STANDS_AHEAD)
     assert np.allclose(route.goals[0], [0, 0, 3, 2 / np.sqrt(13), 0, 3 / np.sqrt(13), 0, 1, 0, 0, 0])
     assert np.allclose(route.goals[1], [2, 0.6, 3, 1, 0, 0, 0, 0, 0, 1, 0])
-    assert np.allclose(route.at(np.array([-1.0, 1.0, 4.0, 9.0])), [[0, 0], [0, 1], [1, 3], [2, 3]])
+    assert np.allclose(
+        route.at(np.array([-1.0, 1.0, 4.0, 9.0])), [[0, 0], [0, 1], [1, 3], [2 + STANDS_AHEAD, 3]]
+    )
+    assert route.end_yaw == pytest.approx(np.pi / 2)
     assert route.project(np.array([0.3, 1.0]), 0.5) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_way_to_a_bed_ends_beside_it_and_faces_away(side):
+    goal = Goal(np.array([0.0, 0.6, 0.0]), np.array([0.0, 0, 1.0]), "lie")
+    beside = np.array([side * 0.9, 0.0, 0.2])
+    route = Route(np.array([side * 3.0, 0, 0]), np.array([[side * 3.0, 0, 0], beside]), goal, "lie")
+    assert np.allclose(route.points[-1], beside) and len(route.goals) == 1
+    assert np.degrees(route.end_yaw) == pytest.approx(side * 90)
 
 
 def test_route_heights_of_a_climb():

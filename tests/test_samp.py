@@ -123,7 +123,7 @@ def test_cancelling_stops_the_rollout():
     assert len(shares) == 3
 
 
-@pytest.mark.parametrize("action, words", [("lie", "Lying down"), ("dance", "no action")])
+@pytest.mark.parametrize("action, words", [("dance", "no action")])
 def test_what_it_cannot_do(action, words):
     result = samp.generate([Request(np.zeros(3), 0.0, action, Goal(np.ones(3), np.array([0, 0, 1.0])))])[0]
     assert isinstance(result, SampError) and words in str(result)

@@ -58,7 +58,7 @@ def test_a_walk_slows_down_and_ends_facing_its_goal():
 
 
 @pytest.mark.parametrize(
-    "action, travelled, follows", [("sit", 4.5, False), ("sit", 2.0, True), ("walk", 4.5, True)]
+    "action, travelled, follows", [("sit", 5.0, False), ("sit", 2.0, True), ("walk", 4.5, True)]
 )
 def test_the_last_steps_to_a_seat_are_the_networks_own(action, travelled, follows):
     take = taken(action, travelled, 1.0)

@@ -26,6 +26,7 @@ STILL = 0.25  # m/s of the pelvis: a seated body still shifts
 PACES = {"walk": 1.15, "run": 2.4}  # m/s on a free stretch
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
+LYING_DOWN = 6.0  # seconds more to lie down
 FPS = 30
 SEATED_PELVIS, STANDING_PELVIS = 0.65, 0.85  # metres over the floor
 RISING = 0.15  # share of the pace at which somebody sets off who still sits
@@ -73,8 +74,6 @@ def _refusal(request: Request) -> SampError | None:
     """Why a request cannot be fulfilled at all, or None."""
     if request.action not in ACTIONS:
         return SampError(f"There is no action '{request.action}'; choose one of {', '.join(ACTIONS)}.")
-    if request.action == "lie":
-        return SampError("Lying down is not learnt yet in this version; choose sit, walk, run or idle.")
     return None
 
 
@@ -104,7 +103,8 @@ class _Take:
 
     def limit(self) -> int:
         """Frames after which the take counts as stuck."""
-        return round((self.route.length / SLOWEST + GRACE + self.request.hold_seconds) * FPS)
+        more = LYING_DOWN if self.request.action == "lie" else 0.0
+        return round((self.route.length / SLOWEST + GRACE + more + self.request.hold_seconds) * FPS)
 
     def update(
         self,

@@ -18,10 +18,8 @@ from ..motion import Goal, Motion
 from ..refine.inverse_kinematics import solve_limb
 from ..scene.geometry import sample_surface
 from ..scene.postures import SEAT_TO_PELVIS
+from .route import STANDS_AHEAD
 
-STANDS_AHEAD = (
-    0.20  # metres from the standing to the seated pelvis in the captured sits, median 0.16, 90 % 0.22
-)
 CALF_BEHIND = 0.07  # metres from the standing pelvis back to the calves' skin
 MOST = 0.30
 SHIN = 0.065  # metres from the line of knee and ankle to the calf's skin

@@ -21,13 +21,13 @@ FOLLOW = 0.85  # share of the planned path in the future path; the rest is the n
 LOOK_AHEAD = 0.7  # metres along the route to the point that the character is turned towards
 MOST_TURN = np.radians(2.0)  # per frame
 MOST_SHIFT = 0.006  # metres per frame
-LAST_STEP = {"sit": 0.8, "lie": 1.3}  # metres before the goal that belong to the network
+LAST_STEP = {"sit": 0.3, "lie": 0.3}  # metres of the way to a seat that belong to the network
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame: slower characters turn by themselves
 SPEED_UP, SLOW_DOWN = 1.5, 1.0  # m/s2 of the planned path, as people start and stop walking
 TURNING = np.radians(150.0)  # rad/s of the planned path's facing
 RETURN = 0.6  # seconds in which the planned path comes back to the route from beside it
-FACE_GOAL = 0.6  # metres before the end of a walk over which it turns to the facing that is asked for
+FACE_GOAL = 0.6  # metres before the end of the way over which a body turns to the facing that it has there
 CORNER = 0.25  # metres of way before and after a place whose direction is the planned facing
 _TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 
@@ -90,14 +90,11 @@ def _distances(speed: float, pace: float, left: float) -> np.ndarray:
 
 
 def _facing(route: Route, distance: np.ndarray) -> np.ndarray:
-    """Yaw (N,) of the way at distances (N,) along it, round at corners; at the end of a walk, the goal's."""
+    """Yaw (N,) of the way at distances (N,) along it, round at corners; at its end, the facing there."""
     way = route.at(distance + CORNER) - route.at(distance - CORNER)
     yaw = np.arctan2(way[:, 0], way[:, 1])
-    goal = route.goals[-1]
-    if goal[9:11].any():
-        return yaw
     t = np.clip(1 - (route.length - distance) / FACE_GOAL, 0.0, 1.0)
-    return yaw + t * t * (3 - 2 * t) * _wrapped(np.arctan2(goal[3], goal[5]) - yaw)
+    return yaw + t * t * (3 - 2 * t) * _wrapped(route.end_yaw - yaw)
 
 
 class Steering:
