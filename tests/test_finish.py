@@ -55,7 +55,9 @@ def test_route_drops_corners_near_the_goal_and_ends_on_it():
     corners = np.array([[0, 0, 0], [0, 0, 3.0], [1.7, 0, 3.0]])
     route = Route(np.zeros(3), corners, goal, "sit")
     assert len(route.goals) == 2 and route.length == pytest.approx(3 + 2 + STANDS_AHEAD)
-    assert np.allclose(route.goals[0], [0, 0, 3, 2 / np.sqrt(13), 0, 3 / np.sqrt(13), 0, 1, 0, 0, 0])
+    assert np.allclose(
+        route.goals[0], [0, 0, 3, 1.7 / np.hypot(1.7, 3), 0, 3 / np.hypot(1.7, 3), 0, 1, 0, 0, 0]
+    )
     assert np.allclose(route.goals[1], [2, 0.6, 3, 1, 0, 0, 0, 0, 0, 1, 0])
     assert np.allclose(
         route.at(np.array([-1.0, 1.0, 4.0, 9.0])), [[0, 0], [0, 1], [1, 3], [2 + STANDS_AHEAD, 3]]
