@@ -61,6 +61,14 @@ def armchair(rng):
     ]
 
 
+def bed(rng):
+    w, d, h = rng.uniform(0.9, 1.8), rng.uniform(1.95, 2.15), rng.uniform(0.38, 0.56)
+    return [
+        ((-w / 2, 0, -d / 2), (w / 2, h, d / 2)),
+        ((-w / 2, 0, -d / 2 - 0.08), (w / 2, h + rng.uniform(0.3, 0.6), -d / 2)),
+    ]
+
+
 SEATS = (chair, sofa, armchair)
 
 

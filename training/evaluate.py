@@ -28,7 +28,7 @@ from . import furniture
 from .look import load_motion
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
-SEATS = ("armchair", "chair", "sofa", "stool", "bench")
+SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", "sofa")}
 MEDIANS = (
     ("position_error_cm", "PE, cm"),
     ("rotation_error_deg", "RE, deg"),
@@ -55,13 +55,13 @@ class Results:
     failed: int = 0
 
 
-def held_out_seats(folder: Path) -> list[furniture.piece.Piece]:
-    """The real pieces to sit on that no training has seen; none where the folder is missing."""
+def held_out_seats(folder: Path, action: str = "sit") -> list[furniture.piece.Piece]:
+    """The real pieces to sit or lie on that no training has seen; none where the folder is missing."""
     try:
         pieces = furniture.library.load(folder, held_out=True)
     except FileNotFoundError:
         return []
-    return [piece for piece in pieces if piece.category in SEATS]
+    return [piece for piece in pieces if piece.category in SEATS.get(action, ())]
 
 
 def situation(room: rooms.Room, piece: furniture.piece.Piece | None) -> Situation:
@@ -79,7 +79,8 @@ def evaluate(action: str, count: int, takes: int, pieces: Sequence, tools: Tools
     """Takes of one action in `count` rooms."""
     results = Results([], [], [])
     for seed in range(count):
-        room = rooms.random_room(1000 + seed, rooms.sofa if pieces else None)
+        stand_in = rooms.bed if action == "lie" else rooms.sofa if pieces else None
+        room = rooms.random_room(1000 + seed, stand_in)
         told = situation(room, pieces[seed % len(pieces)] if pieces else None)
         job = Job(action=action, target="Target", seed=1000 * seed, variants=takes)
         if action in ("walk", "run"):
@@ -108,7 +109,9 @@ def evaluate(action: str, count: int, takes: int, pieces: Sequence, tools: Tools
 
 def real_motion(folder: Path, action: str) -> list[Motion]:
     """Test clips of an action, by the labels; none where the folder is missing."""
-    names = {"sit": ("sit", "sit_down"), "walk": ("walk",), "run": ("run",)}[action]
+    names = {"sit": ("sit", "sit_down"), "walk": ("walk",), "run": ("run",), "lie": ("lie", "lie_down")}[
+        action
+    ]
     found = []
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as data:
@@ -156,13 +159,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rooms", type=int, default=12)
     parser.add_argument("--takes", type=int, default=3)
-    parser.add_argument("--actions", nargs="+", default=["sit", "walk"])
+    parser.add_argument("--actions", nargs="+", default=["sit", "lie", "walk", "run"])
     parser.add_argument("--furniture", type=Path, default=SHARED / "furniture")
     parser.add_argument("--mocap", type=Path, default=SHARED / "mocap" / "test")
     options = parser.parse_args(arguments)
-    pieces = held_out_seats(options.furniture)
-    print(f"seats: {len(pieces)} held-out pieces" if pieces else "seats: boxes (no furniture folder)")
     for action in options.actions:
+        pieces = held_out_seats(options.furniture, action)
+        if action in SEATS:
+            print(f"{action}: {len(pieces)} held-out pieces" if pieces else f"{action}: boxes")
         real = real_motion(options.mocap, action)
         print(table(action, evaluate(action, options.rooms, options.takes, pieces), real), flush=True)
     return 0
