@@ -16,7 +16,7 @@ import pytest
 import rooms
 from samp_blender.samp_addon.blender import read_scene, render
 from samp_blender.samp_addon.scene import navmesh, path, seats
-from samp_blender.training import evaluate
+from samp_blender.training import evaluate, tables
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -72,11 +72,22 @@ def test_evaluation_prints_what_was_measured(tmp_path):
     results = evaluate.evaluate("sit", 1, 2, [], fakes.TOOLS)
     text = evaluate.table("sit", results, [take.motion for take in results.takes])
     assert text.startswith("sit: 2 takes of 2 asked for")
-    assert "success                          2 of 2" in text
-    assert "foot slide, cm/s" in text
+    assert "| success | 2 of 2 (34% to 100%) |" in text
+    assert "| foot slide, cm/s |" in text and "| 6.09 | <= 4 |" in text
     stuck = evaluate.evaluate("sit", 1, 2, [], fakes.STUCK)
     assert evaluate.table("sit", stuck, []) == "sit: 0 takes of 2 asked for"
     assert evaluate.held_out_seats(tmp_path) == []
+
+
+def test_intervals_of_the_tables():
+    assert str(tables.Estimate.of([1.0, 2.0, 3.0])) == "2.00 ± 2.48"
+    assert str(tables.Estimate.of([4.0])) == "4.00"
+    with pytest.raises(ValueError, match="no values"):
+        tables.Estimate.of([])
+    low, high = tables.share(97, 100)
+    assert low == pytest.approx(0.9155, abs=1e-3) and high == pytest.approx(0.9897, abs=1e-3)
+    with pytest.raises(ValueError):
+        tables.share(3, 2)
 
 
 def test_missing_libraries_are_named():

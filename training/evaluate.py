@@ -1,6 +1,7 @@
 """Takes on furniture that no training has seen, by the papers' measures: make evaluate
 
 python -m samp_blender.training.evaluate [--rooms 12] [--takes 3] [--furniture FOLDER] [--mocap FOLDER]
+    [--weights FOLDER] [--network motion_net | mlp | moe]
 
 The rooms have five obstacles and a start behind one of them. Their seats are the held-out real pieces where the
 furniture is there, and boxes otherwise; real motion beside which feet and jerk are judged needs the test clips.
@@ -13,6 +14,7 @@ import statistics
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +24,10 @@ from ..samp_addon.evaluation import diversity, feet, metrics
 from ..samp_addon.job import Job
 from ..samp_addon.motion import Motion
 from ..samp_addon.scene.geometry import SceneGeometry
+from ..samp_addon.synthesis import goals, samp
 from ..samp_addon.synthesis.chain import Situation, Take, Tools, synthesise
 from ..tests import rooms
-from . import furniture
+from . import furniture, tables
 from .look import load_motion
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
@@ -100,6 +103,7 @@ def evaluate(action: str, count: int, takes: int, pieces: Sequence, tools: Tools
         results.takes += made
         results.numbers += [
             metrics.measure(take.motion, take.goal, told.scene.triangles, float(take.waypoints[:, 1].min()))
+            | {"attempts": take.attempts}
             for take in made
         ]
         if len(made) > 1:
@@ -122,25 +126,29 @@ def real_motion(folder: Path, action: str) -> list[Motion]:
 
 
 def table(action: str, results: Results, real: Sequence[Motion]) -> str:
-    """The measures of an action as lines of text."""
+    """The measures of an action as a table in Markdown."""
     asked = len(results.takes) + results.failed
     lines = [f"{action}: {len(results.takes)} takes of {asked} asked for"]
     if not results.takes:
         return lines[0]
     won = sum(bool(numbers["success"]) for numbers in results.numbers)
-    lines.append(f"  {'success':32s} {won} of {asked}")
+    low, high = tables.share(won, asked)
+    first = sum(numbers["attempts"] == 1 and bool(numbers["success"]) for numbers in results.numbers)
+    lines += ["", tables.HEADER]
+    lines.append(tables.row(action, "success", "success", f"{won} of {asked} ({low:.0%} to {high:.0%})"))
+    lines.append(tables.row(action, "first", "success at the first attempt", f"{first} of {asked}"))
     reference = _reference(real)
     for key, name in MEDIANS:
         values = [numbers[key] for numbers in results.numbers if numbers.get(key) is not None]
         if values:
-            beside = f"   (real motion {reference[key]:.2f})" if key in reference else ""
-            lines.append(f"  {name:32s} {statistics.mean(values):.2f}{beside}")
+            lines.append(tables.row(action, key, name, str(tables.Estimate.of(values)), reference.get(key)))
     if results.alike:
-        apd = statistics.mean(diversity.diversity(motions) for motions in results.alike)
-        beside = f"   (real motion {diversity.diversity(real):.2f})" if len(real) > 1 else ""
-        lines.append(f"  {'APD':32s} {apd:.2f}{beside}")
+        apd = tables.Estimate.of([diversity.diversity(motions) for motions in results.alike])
+        own = diversity.diversity(real) if len(real) > 1 else None
+        lines.append(tables.row(action, "APD", "APD", str(apd), own))
     if real:
-        lines.append(f"  {'FD':32s} {diversity.motion_distance([t.motion for t in results.takes], real):.2f}")
+        distance = diversity.motion_distance([take.motion for take in results.takes], real)
+        lines.append(tables.row(action, "FD", "FD", f"{distance:.2f}"))
     return "\n".join(lines)
 
 
@@ -162,13 +170,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--actions", nargs="+", default=["sit", "lie", "walk", "run"])
     parser.add_argument("--furniture", type=Path, default=SHARED / "furniture")
     parser.add_argument("--mocap", type=Path, default=SHARED / "mocap" / "test")
+    parser.add_argument(
+        "--weights", type=Path, help="folder of motion_net.safetensors; left out, the shipped ones"
+    )
+    parser.add_argument("--network", default="motion_net", help="motion_net, mlp or moe")
     options = parser.parse_args(arguments)
+    network = samp.load_network(options.weights, options.network)
+    tools = Tools(goals.sample_goals, partial(samp.generate, network=network))
     for action in options.actions:
         pieces = held_out_seats(options.furniture, action)
         if action in SEATS:
             print(f"{action}: {len(pieces)} held-out pieces" if pieces else f"{action}: boxes")
         real = real_motion(options.mocap, action)
-        print(table(action, evaluate(action, options.rooms, options.takes, pieces), real), flush=True)
+        print(table(action, evaluate(action, options.rooms, options.takes, pieces, tools), real), flush=True)
     return 0
 
 

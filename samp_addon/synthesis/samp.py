@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,19 +37,22 @@ RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots")
 
 
 @functools.cache
-def load_network() -> tuple:
-    """MotionNet in evaluation mode and its start poses: heights (K,) and local quaternions (K, 22, 4)."""
+def load_network(folder: Path | None = None, kind: str = "motion_net") -> tuple:
+    """The network in evaluation mode and its start poses: heights (K,) and local quaternions (K, 22, 4).
+
+    folder: of other weights than the shipped ones. kind: one of models.baselines.NETWORKS.
+    """
     import torch
 
     from ...models import weights
-    from ...models.motion_net import MotionNet
+    from ...models.baselines import NETWORKS
 
     try:
-        tensors = weights.load_weights("motion_net")
+        tensors = weights.load_weights("motion_net", folder or weights.FOLDER)
     except weights.WeightsError as error:
         raise SampError(str(error)) from error
     starts = tensors.pop("start_heights"), tensors.pop("start_rotations")
-    net = MotionNet()
+    net = NETWORKS[kind]()
     # The encoder is needed for training only and is not shipped.
     net.load_state_dict({k: v.float() for k, v in tensors.items()}, strict=False)
     net.eval()
@@ -57,15 +61,22 @@ def load_network() -> tuple:
 
 
 def generate(
-    requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
+    requests: Sequence[Request],
+    progress: Callable[[float], None] = lambda share: None,
+    network: tuple | None = None,
 ) -> list[Motion | SampError]:
     """One take for each request, all rolled out as one batch: the Motion, or the error that says what went wrong.
 
-    progress is called with the share done, from 0 to 1; what it raises stops the work.
+    progress is called with the share done, from 0 to 1; what it raises stops the work. network: as load_network
+    gives it; left out, the shipped one.
     """
     results: list[Motion | SampError] = [_refusal(request) for request in requests]
     sound = [k for k, refusal in enumerate(results) if refusal is None]
-    for k, result in zip(sound, _run([requests[k] for k in sound], progress) if sound else [], strict=True):
+    for k, result in zip(
+        sound,
+        _run([requests[k] for k in sound], progress, network or load_network()) if sound else [],
+        strict=True,
+    ):
         results[k] = result
     return results
 
@@ -143,7 +154,9 @@ class _Take:
             self.done_at = frame
 
 
-def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list[Motion | SampError]:
+def _run(
+    requests: Sequence[Request], progress: Callable[[float], None], network: tuple
+) -> list[Motion | SampError]:
     """The batch, frame by frame, until every take is done or has used up its time."""
     import torch
 
@@ -153,7 +166,7 @@ def _run(requests: Sequence[Request], progress: Callable[[float], None]) -> list
     limit = max(take.limit() for take in takes)
     recorded: dict[str, list[np.ndarray]] = {name: [] for name in RECORDED}
     with torch.inference_mode():
-        run = _rollout(takes)
+        run = _rollout(takes, network)
         follow, steer = steering.guides(takes)
         for frame in range(limit):
             run.set_goals(torch.as_tensor(np.stack([take.goal() for take in takes]), dtype=torch.float32))
@@ -180,14 +193,14 @@ def _take(request: Request) -> _Take:
     return _Take(request, route, front=front)
 
 
-def _rollout(takes: list[_Take]) -> Rollout:
+def _rollout(takes: list[_Take], network: tuple) -> Rollout:
     """The Rollout at its start: poses, places and objects of all takes."""
     import torch
 
     from .rollout import Rollout
     from .start import Start
 
-    net, heights, poses = load_network()
+    net, heights, poses = network
     starts = []
     for take in takes:
         request = take.request
