@@ -9,7 +9,7 @@ from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.postures import BED_TO_PELVIS
 from samp_blender.training.mocap import FPS, Clip
-from samp_blender.training.motion import lies, natural, recline
+from samp_blender.training.motion import lies, natural, posture, recline
 from samp_blender.training.motion.sits import Furnishing, collides
 from test_samp import box
 
@@ -92,3 +92,24 @@ def test_a_recline_is_laid_onto_its_goal():
 def test_nobody_stands_in_a_bed(x, why):
     standing = clip(30, (x, 0.93, 0.0))
     assert collides(standing, furnishing(BED), (0.0, 0.0, 0.0), np.zeros(30, bool)) == why
+
+
+def leaning(subject, tilt, count=40):
+    """Standing frames of a subject whose pelvis and all above it lean forward by some degrees."""
+    standing = clip(count, pose=(("pelvis", tilt), ("left_hip", -tilt), ("right_hip", -tilt)), label="idle")
+    return replace(standing, name=f"{subject}_01")
+
+
+def test_everybody_gets_the_same_posture():
+    crooked, straight = leaning("39", 17), leaning("16", 1)
+    lying = replace(leaning("39", 17, 3), labels=np.array(["lie"] * 3))
+    mended = posture.neutralised([crooked, straight, lying])
+    for one in mended[:2]:
+        assert np.allclose(np.median(posture.tilts(one), axis=0), list(posture.NEUTRAL.values()), atol=0.1)
+    before, after = (skeleton.forward_kinematics(c.root, c.rotations, skeleton.default_rest_joints())[0]
+                     for c in (crooked, mended[0]))  # fmt: skip
+    legs = [
+        skeleton.INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("hip", "knee", "foot")
+    ]
+    assert np.allclose(before[:, legs], after[:, legs], atol=1e-6), "feet and hips stay"
+    assert not np.allclose(lying.rotations, mended[2].rotations), "the same correction in every pose"

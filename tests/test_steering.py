@@ -16,7 +16,7 @@ def taken(action="walk", travelled=0.0, speed=0.0, direction=(0.0, 0, 1), end=(0
     return SimpleNamespace(
         route=Route(np.zeros(3), np.zeros((0, 3)), goal, action),
         travelled=travelled,
-        speed=speed,
+        drive=speed,
         pace=1.2,
         risen=1.0,
     )

@@ -10,6 +10,7 @@ REACHED = 0.3  # metres at which a way-point counts as reached
 NEAR_GOAL = 0.5  # metres from the goal within which a corner is no goal of its own
 SAME_PLACE = 0.15  # corners closer than this to the end of the way are dropped
 STOPPING = 0.8  # metres before the end of a walk at which standing still becomes the goal
+SPEED_UP = 1.5  # m/s2 with which people set off
 STANDS_AHEAD = 0.20
 """Metres from the seated pelvis forward to where it stood before: median 0.16 of the captured sits, 90 % 0.22."""
 

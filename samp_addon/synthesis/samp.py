@@ -16,7 +16,7 @@ from ..motion import ACTIONS, Motion
 from ..scene.voxels import InteractionGrid
 from . import finish
 from .request import Request
-from .route import Route
+from .route import SPEED_UP, Route
 from .seat_edge import SeatFront
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ GRACE = 10.0  # seconds on top, for turning, sitting down and settling
 LYING_DOWN = 6.0  # seconds more to lie down
 FPS = 30
 SEATED_PELVIS, STANDING_PELVIS = 0.65, 0.85  # metres over the floor
+MOST_DRIVE = 0.7  # m/s that the planned speed may be ahead of the body's
 RISING = 0.15  # share of the pace at which somebody sets off who still sits
 RECLINED = 0.6  # cosine of the chest's slope from which a body counts as lying
 CHEST = skeleton.INDEX["spine3"]
@@ -97,7 +98,7 @@ class _Take:
     number: int = 0  # of the goal in force
     front: SeatFront | None = None
     travelled: float = 0.0
-    speed: float = 0.0
+    drive: float = 0.0
     risen: float = 1.0
     held: int = 0
     done_at: int | None = None
@@ -131,7 +132,9 @@ class _Take:
         upright: cosine between the chest and the vertical.
         """
         self.travelled = self.route.project(root, self.travelled)
-        self.speed = speed
+        # A plan made afresh from standing still says "soon" in every frame, and nobody ever sets off: the wish to be
+        # under way grows while the body lags behind it.
+        self.drive = min(self.drive + SPEED_UP / FPS, speed + MOST_DRIVE, self.pace)
         self.risen = float(
             np.clip((pelvis[1] - SEATED_PELVIS) / (STANDING_PELVIS - SEATED_PELVIS), RISING, 1.0)
         )

@@ -15,7 +15,7 @@ import torch
 from ...models.state import FPS, SAMPLE_STRIDE
 from ..motion import ACTIONS
 from .rollout import FUTURE, Follow, Steer
-from .route import Route
+from .route import SPEED_UP, Route
 
 FOLLOW = 0.85  # share of the planned path in the future path; the rest is the network's prediction
 LOOK_AHEAD = 0.7  # metres along the route to the point that the character is turned towards
@@ -24,7 +24,7 @@ MOST_SHIFT = 0.006  # metres per frame
 LAST_STEP = {"sit": 0.3, "lie": 0.3}  # metres of the way to a seat that belong to the network
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame: slower characters turn by themselves
-SPEED_UP, SLOW_DOWN = 1.5, 1.0  # m/s2 of the planned path, as people start and stop walking
+SLOW_DOWN = 1.0  # m/s2 at the end of the planned path
 TURNING = np.radians(150.0)  # rad/s of the planned path's facing
 RETURN = 0.6  # seconds in which the planned path comes back to the route from beside it
 FACE_GOAL = 0.6  # metres before the end of the way over which a body turns to the facing that it has there
@@ -33,12 +33,12 @@ _TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 
 
 class OnRoute(Protocol):
-    """What steering needs of a take: its route, metres travelled along it, its present and wanted speed, m/s, and how
-    far it has stood up, 0 to 1."""
+    """What steering needs of a take: its route, metres travelled along it, the speed that its plan sets out with
+    and the one it is to reach, m/s, and how far it has stood up, 0 to 1."""
 
     route: Route
     travelled: float
-    speed: float
+    drive: float
     pace: float
     risen: float
 
@@ -72,7 +72,7 @@ def plan(take: OnRoute, root: np.ndarray) -> np.ndarray:
     heading = _facing(route, np.array([take.travelled]))[0]
     # Who faces away from the way turns before walking off.
     pace = take.pace * take.risen * max(0.15, float(np.cos(np.clip(_wrapped(heading - root[2]), -1.5, 1.5))))
-    ahead = take.travelled + _distances(take.speed, pace, max(route.length - take.travelled, 0.0))
+    ahead = take.travelled + _distances(take.drive, pace, max(route.length - take.travelled, 0.0))
     places = route.at(ahead) + (root[:2] - route.at(take.travelled)) * np.exp(-_TIMES / RETURN)[:, None]
     turns = _wrapped(_facing(route, ahead) - root[2])
     return np.column_stack([places, root[2] + np.clip(turns, -TURNING * _TIMES, TURNING * _TIMES)])

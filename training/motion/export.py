@@ -12,23 +12,33 @@ import numpy as np
 import torch
 
 from ...models import weights
+from ...samp_addon import rotation, skeleton
 from .. import mocap
 from .natural import styled
+from .posture import neutralised
 
 START_POSES = 12
+_UPRIGHT = 0.97  # cosine
 _QUIET = 0.05  # m/s that the pelvis may move in a start pose
 
 
 def start_poses(folder: Path, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Pelvis heights (K,) and local quaternions (K, 22, 4) of quiet upright standing, from different clips."""
     heights, poses = [], []
-    clips = [clip for clip in mocap.load_clips(folder) if not styled(clip)]
+    clips = [clip for clip in neutralised(mocap.load_clips(folder)) if not styled(clip)]
     for k in np.random.default_rng(seed).permutation(len(clips)):
         clip = clips[k]
         speed = (
             np.linalg.norm(np.gradient(clip.root, 1 / mocap.FPS, axis=0), axis=-1) if len(clip) > 2 else [9]
         )
-        still = (clip.labels == "idle") & (speed < _QUIET) & (clip.feet.min(1) > 0) & (clip.root[:, 1] > 0.9)
+        upright = _upright(clip)
+        still = (
+            upright
+            & (clip.labels == "idle")
+            & (speed < _QUIET)
+            & (clip.feet.min(1) > 0)
+            & (clip.root[:, 1] > 0.9)
+        )
         if still.any():
             frame = int(np.flatnonzero(still)[still.sum() // 2])
             heights.append(clip.root[frame, 1])
@@ -36,6 +46,15 @@ def start_poses(folder: Path, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
         if len(poses) == START_POSES:
             break
     return np.array(heights), np.array(poses)
+
+
+def _upright(clip: mocap.Clip) -> np.ndarray:
+    """Frames (T,) in which chest and head are upright: a slouch at the start stays for the whole way."""
+    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
+    up = rotation.quaternion_to_matrix(turned[:, [skeleton.INDEX["spine3"], skeleton.INDEX["head"]]])[
+        ..., 1, 1
+    ]
+    return (up > _UPRIGHT).all(1)
 
 
 def main() -> None:

@@ -10,8 +10,9 @@ from scipy.ndimage import uniform_filter1d
 from ..mocap import FPS, Clip
 from .events import headings, label_runs
 
-# Subjects of the CMU database who act a style (drunk, gangly, heavy, sneaking), and clips of the same kind.
-STYLED = ("17_", "132_", "137_", "142_", "139_", "14_01", "14_02", "14_03")
+# Subjects of the CMU database who act a style (drunk, gangly, heavy, sneaking), clips of the same kind, and one whose
+# knees the retargeting bends in every step.
+STYLED = ("17_", "39_", "132_", "137_", "142_", "139_", "14_01", "14_02", "14_03")
 ASTRAY = np.radians(50)  # between the way that a body goes and the way that it faces
 MOVING = 0.35  # m/s
 SPELL = 8  # frames

@@ -17,6 +17,7 @@ from .. import furniture, mocap
 from . import natural
 from .events import sit_events
 from .lies import LieComposer
+from .posture import neutralised
 from .recline import reclines
 from .sequence import Sequence, save
 from .sits import Composer, Furnishing
@@ -64,7 +65,7 @@ def build(
 ) -> tuple:
     """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action."""
     rng = np.random.default_rng(seed)
-    clips = mocap.load_clips(mocap_folder)
+    clips = neutralised(mocap.load_clips(mocap_folder))
     clips += [mocap.mirror(clip) for clip in clips]
     walks = [natural.astray_marked(c) for c in clips if not natural.styled(c)]
     sequences: list[Sequence] = [walk_sequence(c, rng) for c in walks if len(c) > 75 and natural.on_foot(c)]
