@@ -68,6 +68,44 @@ def test_most_takes_sit_on_their_goal(takes):
         assert np.isfinite(take.root).all() and np.isfinite(take.rotations).all()
 
 
+def test_who_sits_stands_up_and_walks_away(takes):
+    good = [take for take in takes if isinstance(take, Motion)][:3]
+    away = np.array([-1.2, 0.0, 2.4])
+    requests = [
+        Request(take.root[-1] * [1.0, 0.0, 1.0], 0.0, "walk", Goal(away, np.array([0.0, 0, 1]), "walk"),
+                np.array([[0.0, 0, 0.75], away]), seed=k, hold_seconds=0.5, after=take)
+        for k, take in enumerate(good)
+    ]  # fmt: skip
+    left = samp.generate(requests)
+    arrived = [take for take in left if isinstance(take, Motion)]
+    assert len(arrived) >= 2, [str(take) for take in left]
+    for take in arrived:
+        assert take.root[0, 1] < 0.7 and take.root[-15:, 1].min() > 0.8
+        assert np.hypot(*(take.root[-1] - away)[[0, 2]]) < 0.2
+        assert take.actions[-1].argmax() == 0
+
+
+BED = np.concatenate([box((-0.8, 0, -1.0), (0.8, 0.48, 1.0)), box((-0.8, 0, -1.1), (0.8, 0.9, -1.0))])
+
+
+def test_most_takes_lie_down_on_their_goal():
+    goal = find_goals(BED, "lie", floor_height=0.0)[0]
+    side = 1.0 if goal.position[0] >= 0 else -1.0
+    start, beside = np.array([side * 2.4, 0.0, 0.8]), np.array([side * 1.15, 0.0, goal.position[2]])
+    way = np.array([start, beside])
+    takes = samp.generate(
+        [Request(start, -1.0, "lie", goal, way, BED, seed=seed, hold_seconds=1.0) for seed in range(6)]
+    )
+    good = [take for take in takes if isinstance(take, Motion)]
+    assert len(good) >= 4, [str(take) for take in takes if not isinstance(take, Motion)]
+    for take in good:
+        assert metrics.success(take, goal) and metrics.rotation_error(take, goal) < 20
+        joints, _ = take.forward_kinematics()
+        last = joints[-1]
+        assert np.ptp(last[[0, 12, 15], 1]) < 0.35, "pelvis, neck and head are nearly level"
+        assert last[:, 1].min() > 0.4, "nothing is left on the floor"
+
+
 def test_noise_makes_other_takes(takes):
     good = [take for take in takes if isinstance(take, Motion)]
     count = min(len(good[0]), len(good[1]))

@@ -74,6 +74,10 @@ def test_evaluation_prints_what_was_measured(tmp_path):
     assert text.startswith("sit: 2 takes of 2 asked for")
     assert "| success | 2 of 2 (34% to 100%) |" in text
     assert "| foot slide, cm/s |" in text and "| 6.09 | <= 4 |" in text
+    ratios = evaluate.execution_ratios(results, (2.0, 1.0))
+    assert len(ratios) == 2 and all(0.2 < ratio < 5 for ratio in ratios)
+    assert "| execution time over real |" in evaluate.table("sit", results, [], (2.0, 1.0))
+    assert evaluate.real_pace([tmp_path / "nowhere"]) is None
     stuck = evaluate.evaluate("sit", 1, 2, [], fakes.STUCK)
     assert evaluate.table("sit", stuck, []) == "sit: 0 takes of 2 asked for"
     assert evaluate.held_out_seats(tmp_path) == []

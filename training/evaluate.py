@@ -22,13 +22,14 @@ import numpy as np
 from ..samp_addon.errors import SampError
 from ..samp_addon.evaluation import diversity, feet, metrics
 from ..samp_addon.job import Job
-from ..samp_addon.motion import Motion
+from ..samp_addon.motion import Goal, Motion
 from ..samp_addon.scene.geometry import SceneGeometry
 from ..samp_addon.synthesis import goals, samp
 from ..samp_addon.synthesis.chain import Situation, Take, Tools, synthesise
 from ..tests import rooms
-from . import furniture, tables
+from . import furniture, mocap, tables
 from .look import load_motion
+from .motion.events import sit_events
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
 SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", "sofa")}
@@ -125,8 +126,39 @@ def real_motion(folder: Path, action: str) -> list[Motion]:
     return found
 
 
-def table(action: str, results: Results, real: Sequence[Motion]) -> str:
-    """The measures of an action as a table in Markdown."""
+def real_pace(folders: Sequence[Path]) -> tuple[float, float] | None:
+    """Seconds and seconds a metre that real people need to walk to a seat and sit still on it: a straight line through
+    all captured sits of some folders; None where there are fewer than ten."""
+    ways, times = [], []
+    for clip in (clip for folder in folders if folder.exists() for clip in mocap.load_clips(folder)):
+        for event in sit_events(clip):
+            part = clip.cut(event.entry, event.seat_end + 1)
+            goal = Goal(event.pelvis, np.array([np.sin(event.yaw), 0.0, np.cos(event.yaw)]))
+            needed = metrics.execution_time(Motion(part.root, part.rotations), goal)
+            if needed is not None:
+                before = part.root[: round(needed * mocap.FPS) + 1, [0, 2]]
+                ways.append(np.linalg.norm(np.diff(before, axis=0), axis=-1).sum())
+                times.append(needed)
+    if len(ways) < 10:
+        return None
+    slope, start = np.polyfit(ways, times, 1)
+    return float(start), float(slope)
+
+
+def execution_ratios(results: Results, pace: tuple[float, float]) -> list[float]:
+    """The takes' execution times over those of real people on ways of the same length."""
+    ratios = []
+    for take, numbers in zip(results.takes, results.numbers, strict=True):
+        way = float(np.linalg.norm(np.diff(take.waypoints[:, [0, 2]], axis=0), axis=-1).sum())
+        if numbers["execution_time_s"] is not None:
+            ratios.append(numbers["execution_time_s"] / (pace[0] + pace[1] * way))
+    return ratios
+
+
+def table(
+    action: str, results: Results, real: Sequence[Motion], pace: tuple[float, float] | None = None
+) -> str:
+    """The measures of an action as a table in Markdown. pace: of real people, see real_pace."""
     asked = len(results.takes) + results.failed
     lines = [f"{action}: {len(results.takes)} takes of {asked} asked for"]
     if not results.takes:
@@ -142,6 +174,9 @@ def table(action: str, results: Results, real: Sequence[Motion]) -> str:
         values = [numbers[key] for numbers in results.numbers if numbers.get(key) is not None]
         if values:
             lines.append(tables.row(action, key, name, str(tables.Estimate.of(values)), reference.get(key)))
+    if pace is not None and (ratios := execution_ratios(results, pace)):
+        told = str(tables.Estimate.of(ratios))
+        lines.append(tables.row(action, "execution_ratio", "execution time over real", told))
     if results.alike:
         apd = tables.Estimate.of([diversity.diversity(motions) for motions in results.alike])
         own = diversity.diversity(real) if len(real) > 1 else None
@@ -177,12 +212,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     network = samp.load_network(options.weights, options.network)
     tools = Tools(goals.sample_goals, partial(samp.generate, network=network))
+    pace = real_pace([options.mocap, options.mocap.parent / "smplx30"])
     for action in options.actions:
         pieces = held_out_seats(options.furniture, action)
         if action in SEATS:
             print(f"{action}: {len(pieces)} held-out pieces" if pieces else f"{action}: boxes")
         real = real_motion(options.mocap, action)
-        print(table(action, evaluate(action, options.rooms, options.takes, pieces, tools), real), flush=True)
+        print(
+            table(
+                action,
+                evaluate(action, options.rooms, options.takes, pieces, tools),
+                real,
+                pace if action == "sit" else None,
+            ),
+            flush=True,
+        )
     return 0
 
 
