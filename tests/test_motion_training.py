@@ -70,12 +70,24 @@ def test_the_path_is_planned_until_near_the_seat(data, frame, reach, planned):
     frames = np.full(4, frame)
     truth = torch.as_tensor(data.states[frames].astype(np.float32))
     predicted = truth + 0.05
-    x = trainer_._next_input(predicted, frames, torch.ones(4, 1), torch.full((4, 1), reach))
+    x, at = trainer_._next_input(predicted, frames, frames, torch.ones(4, 1), torch.full((4, 1), reach))
+    truth = torch.as_tensor(data.states[at].astype(np.float32))
+    assert np.abs(at - frames).max() <= 1
     assert not torch.allclose(x[:, state.POSE], truth[:, state.POSE], atol=1e-3), (
         "with P = 0 the pose is its own"
     )
     assert torch.allclose(path_of(x), path_of(truth)) == planned
     assert torch.allclose(x[:, state.GOAL], truth[:, state.GOAL])
+
+
+@pytest.mark.parametrize("late", [0, -1, 1])
+def test_a_rollout_that_is_late_or_early_is_told_the_frame_it_is_at(data, late):
+    """The clip sways, so that its frames can be told apart by their velocities."""
+    frames = np.full(4, 262)
+    fed = torch.as_tensor(data.states[frames + late].astype(np.float32))
+    assert (trainer(data)._aligned(fed, frames, frames) == frames + late).all()
+    far = trainer(data)._aligned(fed, frames, frames - 2 * train.LATEST)
+    assert (far == frames - train.LATEST).all(), "never farther off the clock than that"
 
 
 def test_training_goes_on_where_it_stopped(data, tmp_path):
