@@ -29,6 +29,11 @@ def yaw_direction(yaw: np.ndarray | float) -> np.ndarray:
     return np.stack([np.sin(yaw), np.zeros_like(yaw), np.cos(yaw)], axis=-1)
 
 
+def wrapped(angle: np.ndarray | float) -> np.ndarray | float:
+    """The same angles in radians between minus pi and pi."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
 def direction_yaw(direction: np.ndarray) -> np.ndarray:
     """Yaw in radians of network-frame directions (..., 3); the height component is ignored."""
     direction = np.asarray(direction)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from .. import rotation, skeleton
+from ..easing import smoothstep
 from ..motion import CONTACTS, Motion
 from .inverse_kinematics import STRETCH, solve_limb
 
@@ -87,11 +88,6 @@ def _stances(ball: np.ndarray, mask: np.ndarray, fps: float) -> list[tuple[int, 
     return [s for s in out if s[1] - s[0] >= 3]
 
 
-def _smoothstep(t: np.ndarray) -> np.ndarray:
-    t = np.clip(t, 0.0, 1.0)
-    return t * t * (3 - 2 * t)
-
-
 def _spread(offsets: np.ndarray, stances: list[tuple[int, int]], blend: int) -> np.ndarray:
     """Corrections (T, k), given inside the stances, carried smoothly through the swings between them."""
     out = offsets.copy()
@@ -106,11 +102,11 @@ def _spread(offsets: np.ndarray, stances: list[tuple[int, int]], blend: int) -> 
         right = offsets[after] if k < len(stances) else np.zeros(offsets.shape[1])
         t = np.arange(1, gap + 1)[:, None]
         if k and k < len(stances) and gap <= 2 * blend:
-            mix = _smoothstep(t / (gap + 1))
+            mix = smoothstep(t / (gap + 1))
             out[before:after] = left * (1 - mix) + right * mix
         else:
-            fade_out = _smoothstep(1 - t / (blend + 1))
-            fade_in = _smoothstep(1 - (gap + 1 - t) / (blend + 1))
+            fade_out = smoothstep(1 - t / (blend + 1))
+            fade_in = smoothstep(1 - (gap + 1 - t) / (blend + 1))
             out[before:after] = left * fade_out + right * fade_in
     return out
 

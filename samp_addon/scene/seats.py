@@ -156,7 +156,7 @@ def front_on(grid: SupportMap, seats: list[Seat] | None = None) -> float:
         pull = facing[int(size[0] < 0.97 * size[1])]
         pull = pull if pull[2] > -1e-6 else -pull
     yaw = quarters[int(np.argmax(facing @ pull))]
-    return float((yaw + np.pi) % (2 * np.pi) - np.pi)
+    return float(frames.wrapped(yaw))
 
 
 def _away_from_the_rise(grid: SupportMap) -> np.ndarray:
@@ -203,7 +203,7 @@ def _suppress(
             break
         chosen.append(best)
         apart = np.hypot(*(places - places[best]).T)
-        angle = np.abs((yaws - yaws[best] + np.pi) % (2 * np.pi) - np.pi)
+        angle = np.abs(frames.wrapped(yaws - yaws[best]))
         # A much worse place has no claim of its own so close by: the edge of a sofa between two backed seats.
         reach = np.where(score < 0.7 * score[best], 1.4 * near, near)
         left[(apart < reach) & (angle < turn)] = 0

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from .. import frames, rotation
+from ..easing import smoothstep
 from ..motion import ACTIONS, Motion
 from ..refine.foot_lock import lock_feet
 from .route import Route
@@ -63,7 +64,7 @@ def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
     tail = slice(max(0, len(motion) - 15), None)
     end = motion.root[tail].mean(0)
     yaw = float(frames.direction_yaw(goal[3:6]))
-    turn = _wrapped(yaw - _mean_yaw(motion, tail))
+    turn = frames.wrapped(yaw - _mean_yaw(motion, tail))
     missing = goal[:3] - end
     if action not in ("sit", "lie"):
         missing[1] = 0.0
@@ -82,8 +83,7 @@ def _approach_weight(root: np.ndarray) -> np.ndarray:
     steps = np.linalg.norm(np.diff(root[:, [0, 2]], axis=0), axis=-1)
     left = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
     left = np.maximum(left - left[max(0, len(left) - 15)], 0.0)
-    t = np.clip(1 - left / LAST_STRETCH, 0, 1)
-    return t * t * (3 - 2 * t)
+    return smoothstep(1 - left / LAST_STRETCH)
 
 
 def _lift_weight(motion: Motion) -> np.ndarray:
@@ -91,9 +91,9 @@ def _lift_weight(motion: Motion) -> np.ndarray:
     height = motion.root[:, 1]
     low = height[-15:].mean()
     high = np.percentile(height[: max(motion.interaction_start, 1)], 50)
-    t = np.clip((high - height) / max(high - low, 0.05), 0, 1)
-    t[: max(motion.interaction_start - 15, 0)] = 0
-    return t * t * (3 - 2 * t)
+    weight = smoothstep((high - height) / max(high - low, 0.05))
+    weight[: max(motion.interaction_start - 15, 0)] = 0
+    return weight
 
 
 def _mean_yaw(motion: Motion, part: slice) -> float:
@@ -101,7 +101,3 @@ def _mean_yaw(motion: Motion, part: slice) -> float:
                            actions=None).forward_kinematics()  # fmt: skip
     across = positions[:, 1] - positions[:, 2] + positions[:, 16] - positions[:, 17]
     return float(np.arctan2(-across[:, 2].mean(), across[:, 0].mean()))
-
-
-def _wrapped(angle: float) -> float:
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import rotation
+from ..easing import smoothstep
 from ..job import Job
 from ..motion import Motion
 from .chain import Failure, Progress, Situation, Take, Tools, networks, synthesise
@@ -66,8 +67,7 @@ def joined(takes: Sequence[Take]) -> Take:
 
 def _append(first: Motion, second: Motion) -> Motion:
     """Both motions, the second one's difference at the joint fading out."""
-    weight = np.clip(1 - np.arange(len(second)) / FADE, 0, 1)
-    weight = weight * weight * (3 - 2 * weight)
+    weight = smoothstep(1 - np.arange(len(second)) / FADE)
     ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
     root = second.root + weight[:, None] * (ahead - second.root[0])
     offset = rotation.multiply(first.rotations[-1], rotation.conjugate(second.rotations[0]))

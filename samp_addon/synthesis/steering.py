@@ -13,6 +13,8 @@ import numpy as np
 import torch
 
 from ...models.state import FPS, SAMPLE_STRIDE
+from ..easing import smoothstep
+from ..frames import wrapped
 from ..motion import ACTIONS
 from .rollout import FUTURE, Follow, Steer
 from .route import SPEED_UP, Route
@@ -62,7 +64,7 @@ def follow(takes: Sequence[OnRoute], future: torch.Tensor, roots: torch.Tensor) 
             continue
         planned = plan(take, roots[k].numpy().astype(np.float64))
         path[k, :, :2] += FOLLOW * (planned[:, :2] - path[k, :, :2])
-        path[k, :, 2] += FOLLOW * _wrapped(planned[:, 2] - path[k, :, 2])
+        path[k, :, 2] += FOLLOW * wrapped(planned[:, 2] - path[k, :, 2])
     return torch.as_tensor(path, dtype=torch.float32)
 
 
@@ -71,10 +73,10 @@ def plan(take: OnRoute, root: np.ndarray) -> np.ndarray:
     route = take.route
     heading = _facing(route, np.array([take.travelled]))[0]
     # Who faces away from the way turns before walking off.
-    pace = take.pace * take.risen * max(0.15, float(np.cos(np.clip(_wrapped(heading - root[2]), -1.5, 1.5))))
+    pace = take.pace * take.risen * max(0.15, float(np.cos(np.clip(wrapped(heading - root[2]), -1.5, 1.5))))
     ahead = take.travelled + _distances(take.drive, pace, max(route.length - take.travelled, 0.0))
     places = route.at(ahead) + (root[:2] - route.at(take.travelled)) * np.exp(-_TIMES / RETURN)[:, None]
-    turns = _wrapped(_facing(route, ahead) - root[2])
+    turns = wrapped(_facing(route, ahead) - root[2])
     return np.column_stack([places, root[2] + np.clip(turns, -TURNING * _TIMES, TURNING * _TIMES)])
 
 
@@ -93,8 +95,8 @@ def _facing(route: Route, distance: np.ndarray) -> np.ndarray:
     """Yaw (N,) of the way at distances (N,) along it, round at corners; at its end, the facing there."""
     way = route.at(distance + CORNER) - route.at(distance - CORNER)
     yaw = np.arctan2(way[:, 0], way[:, 1])
-    t = np.clip(1 - (route.length - distance) / FACE_GOAL, 0.0, 1.0)
-    return yaw + t * t * (3 - 2 * t) * _wrapped(route.end_yaw - yaw)
+    turned = smoothstep(1 - (route.length - distance) / FACE_GOAL)
+    return yaw + turned * wrapped(route.end_yaw - yaw)
 
 
 class Steering:
@@ -120,13 +122,9 @@ class Steering:
         on_route = take.route.at(np.array(take.travelled))
         ahead = take.route.at(np.array(take.travelled + LOOK_AHEAD))
         # Turn the way that the body goes, not the way that it faces: nobody walks exactly where they look.
-        error = _wrapped(np.arctan2(*(ahead - root[:2])) - np.arctan2(*step))
+        error = wrapped(np.arctan2(*(ahead - root[:2])) - np.arctan2(*step))
         vigour = min(1.0, speed / (3 * MOVING))
         turn = np.clip(TURN_GAIN * error, -MOST_TURN, MOST_TURN) * vigour
         aside = SHIFT_GAIN * (on_route - root[:2])
         length = float(np.linalg.norm(aside))
         return aside * min(1.0, MOST_SHIFT / max(length, 1e-9)) * vigour, float(turn)
-
-
-def _wrapped(angle: np.ndarray | float) -> np.ndarray | float:
-    return (angle + np.pi) % (2 * np.pi) - np.pi

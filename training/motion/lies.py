@@ -16,7 +16,7 @@ from .events import SitEvent, headings
 from .recline import Recline, laid, softened, swing
 from .sequence import Sequence
 from .sits import Furnishing, collides, lifted, placement, relocked
-from .walks import goal_at, way_points
+from .walks import by_way_point, way_points
 
 DEEPEST = 0.75  # metres from the lying pelvis to the edge: nobody scoots further
 BEHIND_EDGE = (0.10, 0.20)  # metres from the edge back to the pelvis that sits on it
@@ -206,12 +206,7 @@ class LieComposer:
         count = len(clip)
         yaw = headings(clip.root, clip.rotations)
         goal, action = np.tile([*lying.position, *lying.direction], (count, 1)), np.full(count, 4)
-        if frames["down"] > 75 and self.rng.random() < 0.5:
-            via = int(self.rng.integers(30, frames["down"] - 30))
-            first = goal_at(clip.root, yaw, via)
-            near = np.linalg.norm(clip.root[: via + 1, [0, 2]] - first[[0, 2]], axis=-1) < 0.3
-            until = int(np.argmax(near))
-            goal[:until], action[:until] = first, 1
+        by_way_point(goal, action, clip.root, yaw, frames["down"], self.rng)
         if length is not None:
             leave = frames["seated"] + 1 + length - int(self.rng.integers(0, 10))
             goal[leave:], action[leave:] = way_points(clip.root, yaw, clip.labels, leave, count, self.rng)

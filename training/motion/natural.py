@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from ...samp_addon.frames import wrapped
 from ..mocap import FPS, Clip
 from .events import headings, label_runs
 
@@ -33,7 +34,7 @@ def astray_marked(clip: Clip) -> Clip:
     """The clip with its steps backwards and sideways, and all that is neither walking nor standing, marked bad."""
     velocity = np.gradient(uniform_filter1d(clip.root[:, [0, 2]], 9, axis=0, mode="nearest"), 1 / FPS, axis=0)
     off = np.arctan2(velocity[:, 0], velocity[:, 1]) - headings(clip.root, clip.rotations)
-    off = np.abs((off + np.pi) % (2 * np.pi) - np.pi)
+    off = np.abs(wrapped(off))
     astray = (off > ASTRAY) & (np.linalg.norm(velocity, axis=-1) > MOVING)
     bad = clip.bad | (clip.labels == "other")
     for name, start, stop in label_runs(astray):

@@ -12,6 +12,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ...samp_addon import rotation, skeleton
+from ...samp_addon.easing import smoothstep
+from ...samp_addon.frames import wrapped
 from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ..mocap import Clip
 from .events import headings, turned
@@ -75,7 +77,7 @@ def swing(
     between them.
     """
     t = np.arange(1, frames + 1) / (frames + 1)
-    legs, body = ease(t / LEGS_UNTIL), ease((t - TURN_FROM) / (1 - TURN_FROM))
+    legs, body = smoothstep(t / LEGS_UNTIL), smoothstep((t - TURN_FROM) / (1 - TURN_FROM))
     a, b = before.rotations[-1], after.rotations[0]
     yaw_a = headings(before.root[-1:], before.rotations[-1:])[0]
     turn = wrapped(headings(after.root[:1], after.rotations[:1])[0] - yaw_a)
@@ -106,7 +108,7 @@ def feet_over(
         positions, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
         ankle = positions[:, skeleton.INDEX[f"{side}_ankle"]]
         inside = np.clip((distance + 0.12 - (ankle - middle) @ out) / 0.12, 0, 1)
-        lift = np.maximum(mattress + ANKLE_OVER - ankle[:, 1], 0) * ease(inside)
+        lift = np.maximum(mattress + ANKLE_OVER - ankle[:, 1], 0) * smoothstep(inside)
         lift = gaussian_filter1d(lift, SOFTEN, mode="nearest")
         if lift.max() > 1e-3:
             target = ankle + lift[:, None] * np.array([0.0, 1.0, 0.0])
@@ -118,7 +120,7 @@ def softened(clip: Clip, joins: list[int]) -> Clip:
     """The clip smoothed around some frames, where made and captured motion meet."""
     weight = np.zeros(len(clip))
     for join in joins:
-        weight = np.maximum(weight, ease(1 - np.abs(np.arange(len(clip)) - join) / (4 * SOFTEN)))
+        weight = np.maximum(weight, smoothstep(1 - np.abs(np.arange(len(clip)) - join) / (4 * SOFTEN)))
     quats = rotation.continuous(clip.rotations)
     smooth = rotation.normalise(gaussian_filter1d(quats, SOFTEN, axis=0, mode="nearest"))
     root = gaussian_filter1d(clip.root, SOFTEN, axis=0, mode="nearest")
@@ -129,18 +131,7 @@ def softened(clip: Clip, joins: list[int]) -> Clip:
     )
 
 
-def ease(t: np.ndarray) -> np.ndarray:
-    """0 to 1 with no velocity at either end."""
-    t = np.clip(t, 0.0, 1.0)
-    return t * t * (3 - 2 * t)
-
-
 def blend(a: np.ndarray, b: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Quaternions (T, 4) from a (4,) to b (4,) by share (T,), the short way."""
     b = b if a @ b >= 0 else -b
     return rotation.slerp(np.broadcast_to(a, (len(share), 4)), np.broadcast_to(b, (len(share), 4)), share)
-
-
-def wrapped(angle: float) -> float:
-    """The angle between minus pi and pi."""
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)

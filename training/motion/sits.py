@@ -12,13 +12,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...samp_addon import rotation, skeleton
+from ...samp_addon.easing import smoothstep
 from ...samp_addon.motion import Goal, Motion
 from ...samp_addon.refine.foot_lock import lock_feet
 from ..mocap import Clip
 from .events import SitEvent, headings
 from .sequence import Sequence
 from .stitch import WalkIndex, clean_start, join, pose_features
-from .walks import goal_at, way_points
+from .walks import by_way_point, way_points
 
 LONGEST_HOLD = 240  # frames of sitting kept in one sequence
 MOST_LIFT = 0.15  # metres by which a sit may be raised or lowered to another seat
@@ -51,8 +52,7 @@ class Furnishing:
 def lifted(clip: Clip, event_pelvis: float, lift: float) -> Clip:
     """The clip with its seated pelvis raised by ``lift`` metres; standing frames stay."""
     standing = np.percentile(clip.root[:, 1], 95)
-    depth = np.clip((standing - clip.root[:, 1]) / max(standing - event_pelvis, 0.05), 0, 1)
-    weight = depth * depth * (3 - 2 * depth)
+    weight = smoothstep((standing - clip.root[:, 1]) / max(standing - event_pelvis, 0.05))
     return replace(clip, root=clip.root + np.outer(weight * lift, [0.0, 1.0, 0.0]))
 
 
@@ -205,12 +205,7 @@ class Composer:
         count = len(clip)
         goal = np.tile([*pelvis, np.sin(yaw), 0.0, np.cos(yaw)], (count, 1))
         action = np.full(count, 3)
-        if frames["down"] > 75 and self.rng.random() < 0.5:
-            via = int(self.rng.integers(30, frames["down"] - 30))
-            first = goal_at(clip.root, yaw_all, via)
-            near = np.linalg.norm(clip.root[: via + 1, [0, 2]] - first[[0, 2]], axis=-1) < 0.3
-            until = int(np.argmax(near))
-            goal[:until], action[:until] = first, 1
+        by_way_point(goal, action, clip.root, yaw_all, frames["down"], self.rng)
         if count > frames["up_end"] + 20:
             leave = frames["seat_end"] - int(self.rng.integers(0, 12))
             goal[leave:], action[leave:] = way_points(clip.root, yaw_all, clip.labels, leave, count, self.rng)

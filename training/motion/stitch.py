@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...samp_addon import rotation, skeleton
+from ...samp_addon.easing import smoothstep
 from ..mocap import FPS, Clip
 from .events import headings, turned
 
@@ -70,8 +71,7 @@ def join(before: Clip, after: Clip) -> Clip:
     )
     root, rotations = turned(before.root, before.rotations, turn, np.zeros(3))
     root = root + (after.root[0] - root[-1]) * np.array([1.0, 0.0, 1.0])
-    weight = 1 - np.clip(np.arange(len(after)) / FADE, 0, 1)
-    weight = weight * weight * (3 - 2 * weight)
+    weight = smoothstep(1 - np.arange(len(after)) / FADE)
     offset = rotation.multiply(rotations[-1], rotation.conjugate(after.rotations[0]))
     offset = np.where(offset[:, :1] < 0, -offset, offset)
     identity = np.array([1.0, 0.0, 0.0, 0.0])

@@ -55,6 +55,26 @@ def _stand(
     return last, goal_at(root, yaw, (first + last - 1) // 2)
 
 
+def by_way_point(
+    goals: np.ndarray,
+    actions: np.ndarray,
+    root: np.ndarray,
+    yaw: np.ndarray,
+    down: int,
+    rng: np.random.Generator,
+) -> None:
+    """Puts, in half of the longer approaches, a way-point in front of the goal: changes goals (T, 6), actions (T,).
+
+    down: frame in which the interaction begins.
+    """
+    if down > 75 and rng.random() < 0.5:
+        via = int(rng.integers(30, down - 30))
+        first = goal_at(root, yaw, via)
+        near = np.linalg.norm(root[: via + 1, [0, 2]] - first[[0, 2]], axis=-1) < REACHED
+        until = int(np.argmax(near))
+        goals[:until], actions[:until] = first, 1
+
+
 def walk_sequence(clip: Clip, rng: np.random.Generator) -> Sequence:
     """A clip of locomotion or standing with goals on its way."""
     yaw = headings(clip.root, clip.rotations)
