@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Motion
-from samp_blender.samp_addon.refine.foot_lock import lock_feet, sole_points, spells
+from samp_blender.samp_addon.refine.foot_lock import lock_feet, sole_points, spells, toe_tips
 from samp_blender.samp_addon.refine.inverse_kinematics import LIMBS, solve_limb
 
 REST = skeleton.default_rest_joints()
@@ -91,3 +91,24 @@ def test_a_walk_without_contacts_is_left_alone():
     locked = lock_feet(motion)
     assert np.abs(np.abs(np.sum(locked.rotations * quats, -1)) - 1).max() < 1e-5
     assert np.allclose(locked.root, root)
+
+
+@pytest.mark.parametrize("step, least", [(0.5, 0.028), (0.05, 0.004), (0.0, -0.001)])
+def test_a_dragged_foot_clears_the_floor(step, least):
+    frames, swing = 40, slice(14, 26)
+    root, quats = standing(frames)
+    contacts = np.tile([0.0, 0, 0, 1, 1], (frames, 1))
+    contacts[swing, 4] = 0
+    # The left foot slides over the floor from one stance to the next while the body stays: its leg is turned.
+    share = np.clip((np.arange(frames) - 13) / 13, 0, 1) - 0.5
+    angle = np.arctan(step * share / 0.83)
+    half = np.stack([np.cos(-angle / 2), np.sin(-angle / 2), 0 * angle, 0 * angle], -1)
+    quats[:, skeleton.INDEX["left_hip"]] = rotation.multiply(half, quats[:, skeleton.INDEX["left_hip"]])
+    locked = lock_feet(Motion(root, quats, contacts=contacts))
+    positions, globals_ = locked.forward_kinematics()
+    heel, ball = sole_points(positions, globals_, REST, "left")
+    toes = toe_tips(positions, globals_, REST, "left")
+    lowest = np.min([heel[:, 1], ball[:, 1], toes[:, 1]], axis=0)
+    assert lowest[19:21].min() > least
+    assert np.abs(np.diff(positions[:, skeleton.INDEX["left_foot"], 1])).max() < 0.02, "the foot does not pop"
+    assert np.abs(np.minimum(heel, ball)[:12, 1]).max() < 2e-3, "stances stay on the floor"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Goal, Motion
+from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.synthesis.seat_edge import MOST, SHIN, SeatFront
 from test_samp import box
 
@@ -13,7 +14,8 @@ FRAMES = 40
 
 
 def front(piece, floor=0.0):
-    return SeatFront.of(piece, Goal(GOAL.position + [0, floor, 0], GOAL.direction), floor)
+    points, _ = sample_surface(piece, 20000, seed=0)
+    return SeatFront.of(points, Goal(GOAL.position + [0, floor, 0], GOAL.direction), floor)
 
 
 def seated(tuck):

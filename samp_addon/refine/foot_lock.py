@@ -1,11 +1,12 @@
-"""Foot lock: while a foot bears weight its ball stays where it is, and no sole sinks into the floor."""
+"""Foot lock: while a foot bears weight its ball stays where it is, it clears the floor on its way to the next stance,
+and no sole sinks into the floor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
 from .. import rotation, skeleton
 from ..easing import smoothstep
@@ -14,6 +15,10 @@ from .inverse_kinematics import STRETCH, solve_limb
 
 BALL_HEIGHT = 0.0276  # of the ball joint over the sole, default human, metres
 HEEL_BACK = 0.045  # from the ankle joint to the heel, metres
+TOE_AHEAD = 0.06  # from the ball joint to the tip of the toes, metres
+CLEARANCE = 0.032  # metres between the sole of a swinging foot and the floor
+FULL_STEP = 0.25  # metres of way from which a step has all of the clearance; shorter ones have less
+RISE = 4.0  # frames at 30 fps in which a foot gets there, and comes down again
 UNLOCK_RADIUS = 0.12  # a foot that drifts further than this in one stance has really stepped
 SWING_SPEED = 0.45  # m/s: a faster foot is in the air, whatever its label says
 STEP_TIME = 0.3  # seconds that a foot takes from one lock to the next within one spell of contact
@@ -67,6 +72,34 @@ def sole_points(
         globals_[:, ankle], np.broadcast_to(heel, positions[:, ankle].shape)
     )
     return heel_world, positions[:, ball] - np.array([0.0, BALL_HEIGHT, 0.0])
+
+
+def toe_tips(positions: np.ndarray, globals_: np.ndarray, rest_joints: np.ndarray, side: str) -> np.ndarray:
+    """Tip of the toes (T, 3) on the sole, from joints (T, J, 3) and global quaternions (T, J, 4)."""
+    ankle, ball = skeleton.INDEX[f"{side}_ankle"], skeleton.INDEX[f"{side}_foot"]
+    forward = (rest_joints[ball] - rest_joints[ankle]) * np.array([1.0, 0.0, 1.0])
+    tip = TOE_AHEAD * forward / np.linalg.norm(forward) - np.array([0.0, BALL_HEIGHT, 0.0])
+    return positions[:, ball] + rotation.rotate(
+        globals_[:, ball], np.broadcast_to(tip, positions[:, ball].shape)
+    )
+
+
+def _clearance(ball: np.ndarray, stances: list[tuple[int, int]], fps: float) -> np.ndarray:
+    """Height (T,) over the floor, metres, that a foot has at least between one stance and the next.
+
+    ball: (T, 3), corrected. People drag their toes less than a network does that is never sure of its phase.
+    """
+    height = np.zeros(len(ball))
+    for (_, before), (after, _) in zip(stances[:-1], stances[1:], strict=True):
+        swing = after - before
+        if swing < 3:
+            continue
+        way = np.linalg.norm(ball[after, [0, 2]] - ball[before - 1, [0, 2]])
+        t = np.arange(1, swing + 1)
+        rise = min(RISE * fps / 30, swing / 3)
+        profile = smoothstep(np.minimum(t, swing + 1 - t) / (rise + 1))
+        height[before:after] = CLEARANCE * min(1.0, way / FULL_STEP) * profile
+    return height
 
 
 def _stances(ball: np.ndarray, mask: np.ndarray, fps: float) -> list[tuple[int, int]]:
@@ -126,7 +159,12 @@ def _corrections(motion: Motion, foot: _Foot, floor: np.ndarray) -> tuple[np.nda
         offset[start:stop, 1] = -lowest[start:stop]
         standing[start:stop] = True
     offset = _spread(offset, stances, blend)
-    offset[:, 1] = np.where(standing, offset[:, 1], np.maximum(offset[:, 1], -lowest))
+    toes = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1] - floor
+    lowest = np.minimum(lowest, np.where(standing, lowest, toes))
+    wanted = _clearance(positions[:, foot.ball] + offset, stances, motion.fps)
+    lift = np.maximum(wanted - lowest - offset[:, 1], 0.0)
+    lift = np.where(standing, 0.0, gaussian_filter1d(lift, motion.fps / 30, mode="nearest"))
+    offset[:, 1] = np.where(standing, offset[:, 1], np.maximum(offset[:, 1] + lift, -lowest))
     return offset, standing
 
 

@@ -11,6 +11,7 @@ from .. import frames, rotation
 from ..easing import smoothstep
 from ..motion import ACTIONS, Motion
 from ..refine.foot_lock import lock_feet
+from .resting import RestingTop
 from .route import Route
 from .seat_edge import SeatFront
 
@@ -28,15 +29,24 @@ def interaction_start(motion: Motion, action: str) -> int | None:
     return int(min(idle[-1] + 1, len(motion) - 1)) if len(idle) else 0
 
 
-def finish(motion: Motion, route: Route, action: str, front: SeatFront | None = None) -> Motion:
+def finish(
+    motion: Motion,
+    route: Route,
+    action: str,
+    front: SeatFront | None = None,
+    top: RestingTop | None = None,
+) -> Motion:
     """The take as it is handed out: on its goal, feet locked, at the heights of its floor.
 
-    front: of the seat; the route's goal lies by its stand-off in front of where the pelvis shall be.
+    front: of the seat; the route's goal lies by its stand-off in front of where the pelvis shall be. top: of the
+    piece that the body rests on.
     """
     motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
     if front is not None and motion.interaction_start is not None:
         motion = sit_back(motion, route.goals[-1], front)
+    if top is not None and motion.interaction_start is not None:
+        motion = top.cleared(motion, route.goals[-1])
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]])
     return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))

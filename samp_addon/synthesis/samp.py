@@ -13,9 +13,11 @@ import numpy as np
 from .. import rotation, skeleton
 from ..errors import RolloutError, SampError
 from ..motion import ACTIONS, Motion
+from ..scene.geometry import sample_surface
 from ..scene.voxels import InteractionGrid
 from . import finish
 from .request import Request
+from .resting import RestingTop
 from .route import SPEED_UP, Route
 from .seat_edge import SeatFront
 
@@ -33,6 +35,7 @@ SEATED_PELVIS, STANDING_PELVIS = 0.65, 0.85  # metres over the floor
 MOST_DRIVE = 0.7  # m/s that the planned speed may be ahead of the body's
 RISING = 0.15  # share of the pace at which somebody sets off who still sits
 RECLINED = 0.6  # cosine of the chest's slope from which a body counts as lying
+SURFACE_SAMPLES = 60_000  # of a piece that is sat or lain on
 CHEST = skeleton.INDEX["spine3"]
 RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots")
 
@@ -97,6 +100,7 @@ class _Take:
     route: Route
     number: int = 0  # of the goal in force
     front: SeatFront | None = None
+    top: RestingTop | None = None
     travelled: float = 0.0
     drive: float = 0.0
     risen: float = 1.0
@@ -165,7 +169,7 @@ def _run(
 
     from . import steering
 
-    takes = [_take(request) for request in requests]
+    takes = _takes(requests)
     limit = max(take.limit() for take in takes)
     recorded: dict[str, list[np.ndarray]] = {name: [] for name in RECORDED}
     with torch.inference_mode():
@@ -185,15 +189,33 @@ def _run(
     return [_finished(take, {name: a[:, k] for name, a in arrays.items()}) for k, take in enumerate(takes)]
 
 
-def _take(request: Request) -> _Take:
-    """The take at its start; a deep seat's goal is first set forward, see seat_edge.py."""
-    goal, front = request.goal, None
-    if request.action == "sit" and request.object_triangles is not None:
+def _takes(requests: Sequence[Request]) -> list[_Take]:
+    """The takes at their start; each piece of furniture is looked at once."""
+    surfaces: dict[int, np.ndarray] = {}
+    takes = []
+    for request in requests:
+        points = None
+        if request.action in ("sit", "lie") and request.object_triangles is not None:
+            key = id(request.object_triangles)
+            if key not in surfaces:
+                surfaces[key] = sample_surface(request.object_triangles, SURFACE_SAMPLES, seed=0)[0]
+            points = surfaces[key]
+        takes.append(_take(request, points))
+    return takes
+
+
+def _take(request: Request, points: np.ndarray | None) -> _Take:
+    """The take at its start; a deep seat's goal is first set forward, see seat_edge.py. points: (N, 3) on the surface
+    of the piece that it is about."""
+    goal, front, top = request.goal, None, None
+    if points is not None:
         floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
-        front = SeatFront.of(request.object_triangles, goal, floor)
-        goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
+        top = RestingTop.of(points, goal, floor)
+        if request.action == "sit":
+            front = SeatFront.of(points, goal, floor)
+            goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
     route = Route(request.start_position, request.waypoints, goal, request.action)
-    return _Take(request, route, front=front)
+    return _Take(request, route, front=front, top=top)
 
 
 def _rollout(takes: list[_Take], network: tuple) -> Rollout:
@@ -271,4 +293,4 @@ def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:
         contacts=arrays["contacts"][:end].astype(np.float64),
         actions=arrays["actions"][:end].astype(np.float64),
     )
-    return finish.finish(motion, take.route, take.request.action, take.front)
+    return finish.finish(motion, take.route, take.request.action, take.front, take.top)

@@ -16,7 +16,6 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from .. import skeleton
 from ..motion import Goal, Motion
 from ..refine.inverse_kinematics import solve_limb
-from ..scene.geometry import sample_surface
 from ..scene.postures import SEAT_TO_PELVIS
 from .route import STANDS_AHEAD
 
@@ -27,7 +26,7 @@ MOST_FORWARD = 0.30  # metres by which a foot is moved
 CLOSE = 0.6  # metres on the floor from the pelvis to the goal within which a body is sitting down
 STEP = 0.04  # metres of height between two looks at the front
 SOONER, EVENLY = 15, 4.0  # frames: window and standard deviation over which feet give way
-_HALF_WIDTH, _SAMPLES = 0.16, 20000
+_HALF_WIDTH = 0.16
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,9 @@ class SeatFront:
     seat_edge: float
 
     @classmethod
-    def of(cls, triangles: np.ndarray, goal: Goal, floor: float) -> SeatFront:
-        """The front of a piece (F, 3, 3) as a body on ``goal`` meets it, over a floor at this height."""
-        points, _ = sample_surface(triangles, _SAMPLES, seed=0)
+    def of(cls, points: np.ndarray, goal: Goal, floor: float) -> SeatFront:
+        """The front of a piece as a body on ``goal`` meets it, over a floor at this height; points: (N, 3) on its
+        surface, twenty thousand or more."""
         away = points - goal.position
         ahead = away @ goal.direction
         aside = np.abs(away @ np.array([goal.direction[2], 0.0, -goal.direction[0]]))

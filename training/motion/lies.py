@@ -12,16 +12,20 @@ from ...samp_addon import rotation
 from ...samp_addon.motion import Goal
 from ...samp_addon.scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
 from ..mocap import Clip
+from .augment import paced, relocked
+from .checks import fault
 from .events import SitEvent, headings
 from .recline import Recline, laid, softened, swing
 from .sequence import Sequence
-from .sits import Furnishing, collides, lifted, placement, relocked
+from .sits import Furnishing, collides, lifted, placement, sunk
 from .walks import by_way_point, way_points
 
 DEEPEST = 0.75  # metres from the lying pelvis to the edge: nobody scoots further
-BEHIND_EDGE = (0.10, 0.20)  # metres from the edge back to the pelvis that sits on it
+BEHIND_EDGE = (0.03, 0.14)  # metres from the edge back to the pelvis that sits on it
 SEATED = (6, 20)  # frames on the edge before the swing
 SWING = (26, 44)  # frames of the swing
+MOST_PLACES = 8  # tried for one motion
+PACES = (0.8, 1.3)
 MOST_LIFT = 0.15
 STRIP = 0.22  # metres to either side of the seat on the edge that must be free
 
@@ -87,18 +91,22 @@ class LieComposer:
         self.report: Counter[str] = Counter()
         self.places = [(piece, edge) for piece in pieces for edge in edges(piece)]
         self.events, self.reclines, self.approach = events, reclines, approach
+        self.mattresses = np.array([edge.mattress for _, edge in self.places])
         self.heights = np.array([event.pelvis[1] for event in events])
 
     def compose(self) -> Sequence | None:
-        """One sequence on a random place, or None."""
-        piece, edge = self.places[self.rng.integers(len(self.places))]
-        seat = edge.mattress + SEAT_TO_PELVIS
+        """One sequence, on the first of some places of a random height whose way is free, or None."""
+        alike = self._places_of_one_height()
+        seat = alike[0][1].mattress + SEAT_TO_PELVIS
         fits = np.flatnonzero(np.abs(self.heights - seat) < MOST_LIFT)
         if not len(fits):
             return self._dropped("no sit of that height")
         event = self.events[self.rng.choice(fits)]
         clip, frames = self._seated(event, seat)
-        place, goal = self._place(edge, clip, frames)
+        found = self._free_place(alike, clip, frames)
+        if found is None:
+            return self._dropped("no way to it is free")
+        piece, edge, place, goal = found
         down, still = self._lying(clip, frames, edge, goal, place)
         up = self.rng.random() < 0.4 and event.up_end > event.seat_end
         whole = self._joined(clip, frames, down, up)
@@ -108,10 +116,32 @@ class LieComposer:
         why = collides(whole, piece, place, near)
         if why in ("walks into it", "stands in it"):
             return self._dropped(why)
-        if not np.isfinite(whole.rotations).all():
-            return self._dropped("not finite")
+        lying = np.zeros(len(whole), bool)
+        lying[frames["seated"] + len(down) // 3 : frames["seated"] + len(down)] = True
+        why = fault(whole) or sunk(whole, piece, place, lying, edge.mattress)
+        if why is not None:
+            return self._dropped(why)
         self.report["kept"] += 1
         return self._sequence(whole, frames, piece.index, place, goal, len(down) if up else None)
+
+    def _places_of_one_height(self) -> list[tuple[Furnishing, Edge]]:
+        """A random place, and others within two centimetres of its height."""
+        first = self.rng.integers(len(self.places))
+        alike = np.flatnonzero(np.abs(self.mattresses - self.mattresses[first]) < 0.02)
+        others = self.rng.permutation(alike[alike != first])[: MOST_PLACES - 1]
+        return [self.places[k] for k in (first, *others)]
+
+    def _free_place(
+        self, places: list[tuple[Furnishing, Edge]], clip: Clip, frames: dict[str, int]
+    ) -> tuple[Furnishing, Edge, tuple[float, float, float], Goal] | None:
+        """The first place whose piece is not in the way to it: piece, edge, where the piece stands, lying goal."""
+        way = clip.cut(0, frames["seated"] + 1)
+        sits = np.arange(len(way)) >= frames["down"]
+        for piece, edge in places:
+            place, goal = self._place(edge, clip, frames)
+            if collides(way, piece, place, sits) not in ("walks into it", "stands in it"):
+                return piece, edge, place, goal
+        return None
 
     def _dropped(self, why: str) -> None:
         self.report[why] += 1
@@ -152,7 +182,7 @@ class LieComposer:
         self, clip: Clip, frames: dict[str, int], edge: Edge, goal: Goal, place: tuple[float, float, float]
     ) -> tuple[Clip, int]:
         """The swing and the recline, and the first frame of lying still in them."""
-        recline = self.reclines[self.rng.integers(len(self.reclines))]
+        recline = _paced(self.reclines[self.rng.integers(len(self.reclines))], self.rng.uniform(*PACES))
         lying = laid(recline, goal.position, float(np.arctan2(goal.direction[0], goal.direction[2])))
         out = rotation.rotate(rotation.about_y(place[2]), edge.out)
         seated = clip.cut(0, frames["seated"] + 1)
@@ -214,6 +244,11 @@ class LieComposer:
             "lie", clip.root, clip.rotations, clip.labels, clip.feet, clip.bad, goal, action, piece, place,
             open_start=True, open_end=length is not None and clip.labels[-1] in ("walk", "run"),
         )  # fmt: skip
+
+
+def _paced(recline: Recline, factor: float) -> Recline:
+    clip = paced(recline.clip, factor)
+    return Recline(clip, min(round(recline.still / factor), len(clip) - 2))
 
 
 def _cat(parts: list[Clip]) -> Clip:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import binary_dilation, uniform_filter1d
 
+from ...samp_addon import rotation, skeleton
 from ...samp_addon.frames import wrapped
 from ..mocap import FPS, Clip
 from .events import headings, label_runs
@@ -18,6 +19,10 @@ ASTRAY = np.radians(50)  # between the way that a body goes and the way that it 
 MOVING = 0.35  # m/s
 SPELL = 8  # frames
 BRISK = 0.85  # m/s, median of the frames labelled as walking
+UPRIGHT = ("walk", "idle", "shift")
+CROUCHED = 0.83  # metres of the pelvis over the floor: lower ones bend down for something
+BOWED = np.cos(np.radians(38.0))  # between the chest and the vertical
+BOW = 6  # frames before and after that are not learnt either
 
 
 def styled(clip: Clip) -> bool:
@@ -40,7 +45,15 @@ def astray_marked(clip: Clip) -> Clip:
     for name, start, stop in label_runs(astray):
         if name == "True" and stop - start >= SPELL:
             bad[start:stop] = True
-    return replace(clip, bad=bad)
+    return replace(clip, bad=bad | bending(clip))
+
+
+def bending(clip: Clip) -> np.ndarray:
+    """Flags (T,) of frames in which somebody who walks or stands crouches or bows, to pick something up or to jump."""
+    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
+    chest = rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 1]
+    bends = np.isin(clip.labels, UPRIGHT) & ((clip.root[:, 1] < CROUCHED) | (chest < BOWED))
+    return binary_dilation(bends, np.ones(2 * BOW + 1))
 
 
 def pace(clip: Clip) -> float:

@@ -19,6 +19,7 @@ from .events import sit_events
 from .lies import LieComposer
 from .posture import neutralised
 from .recline import reclines
+from .runs import RunComposer
 from .sequence import Sequence, save
 from .sits import Composer, Furnishing
 from .stitch import WalkIndex
@@ -61,7 +62,7 @@ def furnishings(
 
 
 def build(
-    mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per_event: int, lies: int
+    mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per_event: int, lies: int, runs: int
 ) -> tuple:
     """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action."""
     rng = np.random.default_rng(seed)
@@ -69,6 +70,9 @@ def build(
     clips += [mocap.mirror(clip) for clip in clips]
     walks = [natural.astray_marked(c) for c in clips if not natural.styled(c)]
     sequences: list[Sequence] = [walk_sequence(c, rng) for c in walks if len(c) > 75 and natural.on_foot(c)]
+    running = RunComposer(walks, seed)
+    made = (running.compose() for _ in range(runs))
+    sequences += [walk_sequence(clip, rng) for clip in made if clip is not None]
     chairs, beds, grids = furnishings(furniture_folder, seed)
     events = [event for clip in clips for event in sit_events(clip)]
     composer = Composer([p for p in chairs if p.goals], WalkIndex(walks), seed)
@@ -78,7 +82,7 @@ def build(
     lying = LieComposer([p for p in beds if p.goals], events, reclines(clips), composer.approach, seed)
     made = (lying.compose() for _ in range(lies))
     sequences += [s for s in made if s is not None]
-    return sequences, grids, {"sits": composer.report, "lies": lying.report}
+    return sequences, grids, {"runs": running.report, "sits": composer.report, "lies": lying.report}
 
 
 def main() -> None:
@@ -89,10 +93,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sits", type=int, default=16, help="sequences tried for each captured sit")
     parser.add_argument("--lies", type=int, default=900, help="sequences of lying down tried")
+    parser.add_argument("--runs", type=int, default=260, help="runs tried")
     options = parser.parse_args()
     began = time.time()
     sequences, grids, reports = build(
-        options.mocap, options.furniture, options.seed, options.sits, options.lies
+        options.mocap, options.furniture, options.seed, options.sits, options.lies, options.runs
     )
     save(options.output, sequences, grids)
     for kind in sorted({s.kind for s in sequences}):

@@ -12,8 +12,10 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ...samp_addon import rotation, skeleton
+from ...samp_addon.body import human
 from ...samp_addon.easing import smoothstep
 from ...samp_addon.frames import wrapped
+from ...samp_addon.motion import Motion
 from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ..mocap import Clip
 from .events import headings, turned
@@ -28,6 +30,11 @@ LEGS = [
 LEGS_UNTIL, TURN_FROM = 0.65, 0.12  # shares of the swing: legs are up by then, the turn begins then
 LEAN = np.radians(14.0)  # backwards, in the middle of the swing
 SOFTEN = 2.0  # frames, over both ends of the swing
+CHEST_LEVER, HEAD_LEVER = (
+    0.30,
+    0.20,
+)  # metres from spine1 to where the back lies, from the neck to the skull's
+SKULL_OVER = 0.07  # metres of the skull over the buttocks: mattresses have pillows more often than not
 ANKLE_OVER = 0.075  # metres of an ankle over the mattress that its heel lies on
 
 
@@ -53,8 +60,47 @@ def reclines(clips: list[Clip]) -> list[Recline]:
             continue
         part = clip.cut(*span)
         lying = np.flatnonzero(part.labels == "lie")
-        found.append(Recline(part, int(lying[0]) + 10 if len(lying) else len(part) - 15))
+        still = int(lying[0]) + 10 if len(lying) else len(part) - 15
+        found.append(Recline(flattened(part, still), still))
     return found
+
+
+def flattened(clip: Clip, still: int) -> Clip:
+    """The recline whose back lies as low as its buttocks, and the skull not much higher.
+
+    The captured people lay on a hard floor, but retargeting and the neutral posture (posture.py) have bent their
+    trunks, so that the chest would be 4 cm deep in a mattress that just carries the buttocks.
+    """
+    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
+    chest = rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 1]
+    weight = smoothstep((np.cos(np.radians(25)) - chest) / (np.cos(np.radians(25)) - np.cos(np.radians(70))))
+    for _ in range(6):
+        low = _lowest(clip, still)
+        chest_up = (low["pelvis"] - low["spine3"]) / CHEST_LEVER
+        head_up = (low["pelvis"] + SKULL_OVER - low["head"]) / HEAD_LEVER
+        clip = _pitched(clip, {"spine1": 0.5 * chest_up, "spine2": 0.5 * chest_up}, weight)
+        clip = _pitched(clip, {"neck": 0.4 * head_up, "head": 0.2 * head_up}, weight)
+    return clip
+
+
+def _lowest(clip: Clip, still: int) -> dict[str, float]:
+    """Height of the lowest skin of some joints while the clip lies still, metres."""
+    body = human.load()
+    motion = Motion(clip.root[still::10], clip.rotations[still::10])
+    joints = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0]
+    heights = human.skin(body, motion, np.arange(len(body.vertices)))[..., 1].mean(0)
+    return {name: float(heights[joints == skeleton.INDEX[name]].min())
+            for name in ("pelvis", "spine3", "head")}  # fmt: skip
+
+
+def _pitched(clip: Clip, angles: dict[str, float], weight: np.ndarray) -> Clip:
+    """The clip with joints bent forward by angles in radians times weight (T,)."""
+    rotations = clip.rotations.copy()
+    for name, angle in angles.items():
+        bend = rotation.from_axis_angle(weight[:, None] * np.array([np.clip(angle, -0.4, 0.4), 0.0, 0.0]))
+        j = skeleton.INDEX[name]
+        rotations[:, j] = rotation.multiply(rotations[:, j], bend)
+    return replace(clip, rotations=rotations)
 
 
 def laid(recline: Recline, position: np.ndarray, yaw: float) -> Clip:

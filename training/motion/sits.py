@@ -13,9 +13,11 @@ from scipy.spatial import cKDTree
 
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.easing import smoothstep
-from ...samp_addon.motion import Goal, Motion
-from ...samp_addon.refine.foot_lock import lock_feet
+from ...samp_addon.motion import Goal
+from ...samp_addon.scene.postures import SEAT_TO_PELVIS
 from ..mocap import Clip
+from .augment import paced, relocked
+from .checks import fault
 from .events import SitEvent, headings
 from .sequence import Sequence
 from .stitch import WalkIndex, clean_start, join, pose_features
@@ -23,6 +25,13 @@ from .walks import by_way_point, way_points
 
 LONGEST_HOLD = 240  # frames of sitting kept in one sequence
 MOST_LIFT = 0.15  # metres by which a sit may be raised or lowered to another seat
+SIDEWAYS = 0.15  # share of the sits that face another way than the seat does: over its side, over a corner
+TURNS = (np.radians(35), np.radians(95))  # by which they do
+PACES = (0.85, 1.2)
+ALL_PACES = 0.5  # share of the sits that are made slower or faster
+PILLOW = 0.16  # metres over and under the mattress that count as its surface
+SUNK = 0.05  # metres
+TOUCH = 0.07  # metres that the seat's surface may be off from under the buttocks
 _BONES = [
     (1, 4),
     (2, 5),
@@ -56,13 +65,6 @@ def lifted(clip: Clip, event_pelvis: float, lift: float) -> Clip:
     return replace(clip, root=clip.root + np.outer(weight * lift, [0.0, 1.0, 0.0]))
 
 
-def relocked(clip: Clip) -> Clip:
-    """The clip with its feet pinned again after it was changed."""
-    contacts = np.column_stack([np.zeros((len(clip), 3)), clip.feet])
-    locked = lock_feet(Motion(clip.root, clip.rotations, contacts=contacts))
-    return replace(clip, root=locked.root, rotations=rotation.continuous(locked.rotations))
-
-
 def placement(goal: Goal, pelvis: np.ndarray, yaw: float) -> tuple[float, float, float]:
     """(x, z, yaw) that puts a piece's goal under a pelvis at (3,) that faces yaw."""
     turn = yaw - np.arctan2(goal.direction[0], goal.direction[2])
@@ -70,19 +72,39 @@ def placement(goal: Goal, pelvis: np.ndarray, yaw: float) -> tuple[float, float,
     return float(pelvis[0] - there[0]), float(pelvis[2] - there[2]), float(turn)
 
 
-def _probe_points(clip: Clip) -> np.ndarray:
-    """Middle points of the limbs and the trunk (T, 12, 3)."""
+def _probe_points(clip: Clip, place: tuple[float, float, float]) -> np.ndarray:
+    """Middle points of the limbs and the trunk (T, 12, 3) in the frame of a piece that stands at a place."""
     positions, _ = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
-    return np.stack([(positions[:, a] + positions[:, b]) / 2 for a, b in _BONES], 1)
+    points = np.stack([(positions[:, a] + positions[:, b]) / 2 for a, b in _BONES], 1)
+    away = points - np.array([place[0], 0.0, place[1]])
+    return rotation.rotate(np.broadcast_to(rotation.about_y(-place[2]), (*away.shape[:2], 4)), away)
+
+
+def sunk(
+    clip: Clip, piece: Furnishing, place: tuple[float, float, float], lying: np.ndarray, mattress: float
+) -> str | None:
+    """Why a body that lies on a piece does not fit its surface, or None. lying: (T,) flags; mattress: its height."""
+    local = _probe_points(clip.cut(*_span(lying)), place)[::4]
+    top = piece.surface[np.abs(piece.surface[:, 1] - mattress) < PILLOW]
+    flat = local.reshape(-1, 3)
+    near = cKDTree(top[:, [0, 2]]).query_ball_point(flat[:, [0, 2]], 0.06)
+    level = np.array([np.percentile(top[k, 1], 90) if len(k) > 1 else -np.inf for k in near])
+    deep = level.reshape(local.shape[:2]) + 0.6 * _RADII - local[..., 1] > SUNK
+    if deep[:, 8:].any(1).mean() > 0.2:
+        return "trunk in the mattress"
+    return "limbs in the mattress" if deep[:, :8].any(1).mean() > 0.3 else None
+
+
+def _span(flags: np.ndarray) -> tuple[int, int]:
+    where = np.flatnonzero(flags)
+    return int(where[0]), int(where[-1]) + 1
 
 
 def collides(
     clip: Clip, piece: Furnishing, place: tuple[float, float, float], seated: np.ndarray
 ) -> str | None:
     """Why the motion and the piece do not go together, or None. seated: (T,) frames on the seat."""
-    points = _probe_points(clip)[::3]
-    local = points - np.array([place[0], 0.0, place[1]])
-    local = rotation.rotate(np.broadcast_to(rotation.about_y(-place[2]), (*local.shape[:2], 4)), local)
+    local = _probe_points(clip, place)[::3]
     distance = (
         cKDTree(piece.surface)
         .query(local.reshape(-1, 3), distance_upper_bound=0.3)[0]
@@ -115,6 +137,17 @@ def _inside(points: np.ndarray, surface: np.ndarray) -> np.ndarray:
     return np.array(covered).reshape(points.shape[:2])
 
 
+def untouched(pelvis: np.ndarray, piece: Furnishing, place: tuple[float, float, float]) -> str | None:
+    """Why a seated pelvis (3,) does not rest on a piece, or None."""
+    local = rotation.rotate(rotation.about_y(-place[2]), pelvis - np.array([place[0], 0.0, place[1]]))
+    away = piece.surface - local
+    below = (np.hypot(away[:, 0], away[:, 2]) < 0.12) & (away[:, 1] < -0.05)
+    if below.sum() < 3:
+        return "nothing under it"
+    gap = -SEAT_TO_PELVIS - float(np.percentile(away[below, 1], 90))
+    return "hovers over it" if gap > TOUCH else "sits too deep" if gap < -TOUCH else None
+
+
 class Composer:
     """Makes sit sequences out of events, pieces and walks; counts what it dropped and why."""
 
@@ -132,7 +165,7 @@ class Composer:
         if not seats:
             self.report["no seat of that height"] += 1
             return None
-        clip, frames = self._excerpt(event)
+        clip, frames = self._paced(*self._excerpt(event))
         clip = relocked(lifted(clip, event.pelvis[1], seats[0][1].position[1] - event.pelvis[1]))
         if self.rng.random() < 0.75 and frames["down"] > 12:
             clip, frames = self.approach(clip, frames)
@@ -142,14 +175,32 @@ class Composer:
         pelvis = np.median(clip.root[middle], axis=0)
         near_seat = np.zeros(len(clip), bool)
         near_seat[frames["down"] : frames["up_end"] + 1] = True
-        for piece, goal in seats:
+        why = fault(clip)
+        for piece, straight in seats if why is None else ():
+            goal, sideways = self._turned(straight)
             place = placement(goal, pelvis, yaw)
-            why = collides(clip, piece, place, near_seat)
+            why = collides(clip, piece, place, near_seat) or untouched(pelvis, piece, place)
             if why is None:
                 self.report["kept"] += 1
+                self.report["of these sideways"] += int(sideways)
                 return self._sequence(clip, frames, piece.index, place, pelvis, yaw, yaw_all)
         self.report[why] += 1
         return None
+
+    def _turned(self, goal: Goal) -> tuple[Goal, bool]:
+        """The goal, now and then turned so that one sits sideways, and whether it is."""
+        if self.rng.random() > SIDEWAYS:
+            return goal, False
+        turn = self.rng.choice([-1.0, 1.0]) * self.rng.uniform(*TURNS)
+        return replace(goal, direction=rotation.rotate(rotation.about_y(turn), goal.direction)), True
+
+    def _paced(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
+        """The excerpt as it is, slower or faster."""
+        if self.rng.random() > ALL_PACES:
+            return clip, frames
+        factor = self.rng.uniform(*PACES)
+        quick = paced(clip, factor)
+        return quick, {name: min(round(at / factor), len(quick) - 1) for name, at in frames.items()}
 
     def _seats_of_one_height(self, event: SitEvent, most: int = 12) -> list[tuple[Furnishing, Goal]]:
         """Seats within reach of the event's lift: a random one, and others within two centimetres of its height."""

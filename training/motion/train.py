@@ -19,7 +19,7 @@ from ...models.baselines import NETWORKS
 from ...models.motion_net import COURSE
 from . import dataset
 
-SHARES = {"sit": 0.44, "lie": 0.16, "walk": 0.19, "stroll": 0.09, "run": 0.06, "idle": 0.06}
+SHARES = {"sit": 0.40, "lie": 0.17, "walk": 0.19, "stroll": 0.08, "run": 0.10, "idle": 0.06}
 WINDOW = 60  # frames of a rollout, L of section B.3
 # Weights of the loss. The goal's numbers are never read from a prediction: the caller knows the goal. FUTURE is not
 # read either, and both FUTURE and GOAL_TRAJECTORY hold what nobody can foretell.
@@ -50,6 +50,7 @@ class Schedule:
     kl_weight: float
     prior_share: float
     network: str = "motion_net"
+    sees_object: bool = True
 
     def keep_truth(self, step: int) -> float:
         """Probability that the true state, not the prediction, is the next input."""
@@ -117,7 +118,8 @@ class Trainer:
         x, at = self._states(self.data.states, first), first
         for t in range(WINDOW):
             y = self._states(self.data.targets, at)
-            predicted, parts = self._step(x, y, self.data.object_features(at).to(self.device))
+            features = self.data.object_features(at).to(self.device)
+            predicted, parts = self._step(x, y, features if self.schedule.sees_object else 0 * features)
             for name in sums:
                 sums[name] += parts[name] / WINDOW
             x, at = self._next_input(predicted, at + 1, first + t + 1, eager, reach)
@@ -230,6 +232,12 @@ class Trainer:
         torch.save(body, path.with_suffix(".part"))
         path.with_suffix(".part").replace(path)
 
+    def begin_with(self, path: Path) -> None:
+        """Starts from the averaged weights of another run's checkpoint, its normalisation too."""
+        body = torch.load(path, map_location=self.device, weights_only=True)
+        self.net.load_state_dict({**body["net"], **body["average"]})
+        self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
+
     def resume(self, path: Path) -> None:
         """Goes on from a checkpoint of this program's own."""
         body = torch.load(path, map_location=self.device, weights_only=True)
@@ -256,6 +264,8 @@ def main() -> None:
     parser.add_argument("--kl", type=float, default=0.6, help="weight of the KL term")
     parser.add_argument("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
     parser.add_argument("--network", choices=NETWORKS, default="motion_net")
+    parser.add_argument("--no-object", action="store_true", help="ablation: the object is not seen")
+    parser.add_argument("--begin", type=Path, help="checkpoint of a run whose weights to begin with")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
@@ -269,11 +279,14 @@ def main() -> None:
         options.kl,
         options.prior,
         options.network,
+        not options.no_object,
     )
     trainer = Trainer(data, schedule, options.batch, options.seed, device)
     checkpoint = options.work / "checkpoint.pt"
     if checkpoint.exists():
         trainer.resume(checkpoint)
+    elif options.begin is not None:
+        trainer.begin_with(options.begin)
     began, first, saved = time.time(), trainer.step_number, time.time()
     while trainer.step_number < options.steps and time.time() - began < options.minutes * 60:
         losses = trainer.rollout()

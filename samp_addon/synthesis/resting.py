@@ -1,0 +1,152 @@
+"""Limbs on what a body rests on, and beside what it leans against, not in it: pillows, armrests, backs of sofas.
+
+Nobody was captured on a mattress or in an armchair. A limb that the rollout puts inside one is turned about its upper
+joint until it is out: upwards onto the top, or, where that is nearer, aside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.ndimage import (
+    distance_transform_edt,
+    gaussian_filter1d,
+    maximum_filter,
+    maximum_filter1d,
+    minimum_filter,
+)
+
+from .. import rotation, skeleton
+from ..motion import Goal, Motion
+from ..scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
+
+CELL = 0.03
+LEVEL = 0.04  # metres of height between two looks for a way aside
+HEADROOM = 0.55  # metres over the seat or mattress; what is higher is not touched
+# Upper joint, lower joint, metres from the lower joint to the skin that it lies on: from the trunk outwards.
+ARMS = (("shoulder", "elbow", 0.04), ("elbow", "wrist", 0.035))
+BONES = {
+    "sit": ARMS,
+    "lie": (("spine1", "spine3", 0.09), ("spine3", "head", 0.10), ("hip", "knee", 0.065), ("knee", "ankle", 0.065),
+            *ARMS),
+}  # fmt: skip
+TOPS = {"sit": (-0.05, 0.30), "lie": (-0.12, 0.22)}  # metres about the seat or mattress that count as its top
+MOST = 0.12  # metres by which a joint is raised; twice as deep it is beside the piece, not in it
+MOST_ASIDE = 0.18
+SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limbs give way
+REACH = 1.3  # metres on the floor around the goal in which limbs are looked after
+
+
+@dataclass(frozen=True)
+class RestingTop:
+    """Heights (X, Z) of a piece over the floor, minus infinity where it is not; corner (2,): x and z.
+
+    low, high: metres between which the heights are a top that limbs may lie on; what is higher is a wall.
+    """
+
+    heights: np.ndarray
+    corner: np.ndarray
+    low: float
+    high: float
+    action: str
+
+    @classmethod
+    def of(cls, points: np.ndarray, goal: Goal, floor: float) -> RestingTop:
+        """The top of a piece, told by points (N, 3) on its surface, about a goal, over a floor at this height."""
+        lift = SEAT_TO_PELVIS if goal.action == "sit" else BED_TO_PELVIS
+        level = float(goal.position[1]) - lift - floor
+        corner = points[:, [0, 2]].min(0)
+        shape = np.ceil(np.ptp(points[:, [0, 2]], axis=0) / CELL).astype(int) + 1
+        points = points[points[:, 1] - floor < level + HEADROOM]
+        cells = np.ravel_multi_index(tuple(((points[:, [0, 2]] - corner) / CELL).astype(int).T), shape)
+        top = np.full(int(np.prod(shape)), -np.inf)
+        np.maximum.at(top, cells, points[:, 1] - floor)
+        top = top.reshape(shape)
+        # Samples miss a cell of the top now and then and hit only its bottom.
+        top = minimum_filter(maximum_filter(np.pad(top, 1, constant_values=-np.inf), 3), 3)[1:-1, 1:-1]
+        below, above = TOPS[goal.action]
+        return cls(top, corner, level + below, level + above, goal.action)
+
+    def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cell indices of places (T, 2), and which are on the grid."""
+        at = np.floor((places - self.corner) / CELL).astype(int)
+        inside = ((at >= 0) & (at < self.heights.shape)).all(-1)
+        x, z = np.clip(at, 0, np.array(self.heights.shape) - 1).T
+        return x, z, inside
+
+    def missing(self, joint: np.ndarray, thick: float) -> np.ndarray:
+        """Metres (T,) by which a joint (T, 3) is too low to lie on the top; 0 where that is not below it."""
+        x, z, inside = self._cells(joint[:, [0, 2]])
+        found = self.heights[x, z]
+        on = inside & (found > self.low) & (found < self.high)
+        lack = np.where(on, found + thick - joint[:, 1], 0.0)
+        return np.maximum(np.minimum(lack, 2 * MOST - lack), 0.0)
+
+    @cached_property
+    def _ways_out(self) -> list[np.ndarray]:
+        """For levels LEVEL apart from ``low`` up: the nearest cell (2, X, Z) that is not higher than the level."""
+        levels = np.arange(self.low, self.low + HEADROOM + LEVEL, LEVEL)
+        padded = (np.pad(self.heights > level, 1) for level in levels)
+        return [distance_transform_edt(solid, return_distances=False, return_indices=True)[:, 1:-1, 1:-1] - 1
+                for solid in padded]  # fmt: skip
+
+    def aside(self, joint: np.ndarray, thick: float) -> np.ndarray:
+        """Way (T, 2) over the floor, metres, by which a joint (T, 3) comes out of what is higher than itself."""
+        x, z, inside = self._cells(joint[:, [0, 2]])
+        level = np.floor((joint[:, 1] - thick - self.low) / LEVEL).astype(int)
+        solid = inside & (level >= 0) & (self.heights[x, z] > joint[:, 1] - thick)
+        nearest = np.array(self._ways_out)[np.clip(level, 0, len(self._ways_out) - 1), :, x, z]
+        way = self.corner + (nearest + 0.5) * CELL - joint[:, [0, 2]]
+        length = np.linalg.norm(way, axis=-1, keepdims=True)
+        way *= 1 + thick / np.maximum(length, CELL)
+        return np.where((solid & (length[:, 0] < MOST_ASIDE))[:, None], way, 0.0)
+
+    def cleared(self, motion: Motion, goal: np.ndarray) -> Motion:
+        """The motion, over a floor at height 0, with its limbs out of the piece. goal: row of Route.goals."""
+        near = np.linalg.norm(motion.root[:, [0, 2]] - goal[[0, 2]], axis=-1) < REACH
+        for upper, lower, thick in BONES[self.action]:
+            for side in ("",) if upper in skeleton.INDEX else ("right_", "left_"):
+                sideways = (upper, lower, thick) in ARMS
+                motion = self._out(motion, side + upper, side + lower, thick, near, sideways)
+        return motion
+
+    def _out(
+        self, motion: Motion, upper: str, lower: str, thick: float, near: np.ndarray, sideways: bool
+    ) -> Motion:
+        joint = motion.forward_kinematics()[0][:, skeleton.INDEX[lower]]
+        up = np.where(near, self.missing(joint, thick), 0.0)
+        away = np.zeros((len(motion), 2))
+        if sideways:
+            away = np.where(near[:, None], self.aside(joint, thick), 0.0)
+            # A little is raised onto the mattress, even beside its edge; a wall is left by the shorter way.
+            distance = np.linalg.norm(away, axis=-1)
+            rather_up = (up > 0) & (up < np.maximum(distance, 0.5 * MOST))
+            up, away = np.where(rather_up | (distance == 0), up, 0.0), np.where(rather_up[:, None], 0.0, away)
+        if not (up.any() or away.any()):
+            return motion
+        up = gaussian_filter1d(maximum_filter1d(up, SOONER), EVENLY, mode="nearest")
+        return turned(motion, upper, lower, np.column_stack([away[:, 0], up, away[:, 1]]), EVENLY)
+
+
+def turned(motion: Motion, upper: str, lower: str, way: np.ndarray, evenly: float) -> Motion:
+    """The motion with a bone turned about its upper joint, so that the lower one goes some way (T, 3), metres.
+
+    evenly: frames, standard deviation over which the way over the floor is smoothed.
+    """
+    a, b = skeleton.INDEX[upper], skeleton.INDEX[lower]
+    positions, globals_ = motion.forward_kinematics()
+    way = way.copy()
+    way[:, [0, 2]] = gaussian_filter1d(way[:, [0, 2]], evenly, axis=0, mode="nearest")
+    bone = positions[:, b] - positions[:, a]
+    length = np.linalg.norm(bone, axis=-1)
+    # The height is reached exactly, as far as the bone's length allows; the rest of the bone keeps its direction.
+    rise = np.clip(bone[:, 1] + way[:, 1], -0.98 * length, 0.98 * length)
+    flat = (bone + way)[:, [0, 2]]
+    flat *= (np.sqrt(length**2 - rise**2) / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
+    about = rotation.between(bone, np.stack([flat[:, 0], rise, flat[:, 1]], -1))
+    parent = globals_[:, skeleton.PARENTS[a]]
+    rotations = motion.rotations.copy()
+    rotations[:, a] = rotation.multiply(rotation.conjugate(parent), rotation.multiply(about, globals_[:, a]))
+    return replace(motion, rotations=rotations)
