@@ -7,6 +7,7 @@ import json
 import runpy
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -15,8 +16,9 @@ import numpy as np
 import pytest
 import rooms
 from samp_blender.samp_addon.blender import read_scene, render
+from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene import navmesh, path, seats
-from samp_blender.training import evaluate, tables
+from samp_blender.training.evaluation import reference, report, tables, takes
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -69,18 +71,46 @@ def test_rooms_have_a_way_around_an_obstacle_to_a_seat_that_faces_the_front(seed
 
 
 def test_evaluation_prints_what_was_measured(tmp_path):
-    results = evaluate.evaluate("sit", 1, 2, [], fakes.TOOLS)
-    text = evaluate.table("sit", results, [take.motion for take in results.takes])
+    results = takes.evaluate("sit", 1, 2, [], fakes.TOOLS)
+    text = report.table("sit", results, [take.motion for take in results.takes])
     assert text.startswith("sit: 2 takes of 2 asked for")
     assert "| success | 2 of 2 (34% to 100%) |" in text
     assert "| foot slide, cm/s |" in text and "| 6.09 | <= 4 |" in text
-    ratios = evaluate.execution_ratios(results, (2.0, 1.0))
+    ratios = reference.execution_ratios(results, (2.0, 1.0))
     assert len(ratios) == 2 and all(0.2 < ratio < 5 for ratio in ratios)
-    assert "| execution time over real |" in evaluate.table("sit", results, [], (2.0, 1.0))
-    assert evaluate.real_pace([tmp_path / "nowhere"]) is None
-    stuck = evaluate.evaluate("sit", 1, 2, [], fakes.STUCK)
-    assert evaluate.table("sit", stuck, []) == "sit: 0 takes of 2 asked for"
-    assert evaluate.held_out_seats(tmp_path) == []
+    assert "| execution time over real |" in report.table("sit", results, [], (2.0, 1.0))
+    assert reference.real_pace([tmp_path / "nowhere"]) is None
+    said = []
+    stuck = takes.evaluate("sit", 1, 2, [], fakes.STUCK, said.append)
+    assert report.table("sit", stuck, []) == "sit: 0 takes of 2 asked for" and len(said) == 2
+    assert takes.held_out_seats(tmp_path) == []
+    beside = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
+    assert beside[2].startswith("| ours | 2 of 2 | ") and beside[3].startswith("| stuck | 0 of 2 | - | ")
+    assert len({line.count("|") for line in beside}) == 1
+
+
+def test_without_the_planner_people_go_straight():
+    asked = []
+
+    def generate(requests, progress):
+        asked.extend(requests)
+        return fakes.TOOLS.generate(requests, progress)
+
+    tools = replace(fakes.TOOLS, generate=generate)
+    takes.evaluate("sit", 1, 1, [], tools)
+    takes.evaluate("sit", 1, 1, [], takes.straight_on(tools))
+    planned, straight = asked
+    assert len(planned.waypoints) > 2 and len(straight.waypoints) == 2
+    assert np.allclose(straight.waypoints, planned.waypoints[[0, -1]])
+
+
+@pytest.mark.parametrize("action, kept", [("walk", 40), ("sit", 100)])
+def test_of_a_walk_only_the_walking_counts(action, kept):
+    root = np.zeros((100, 3))
+    root[:, 2] = np.clip((np.arange(100) - 30) / 30, 0, 40 / 30)
+    quats = np.zeros((100, 22, 4))
+    quats[..., 0] = 1
+    assert len(reference.spell(Motion(root, quats), action)) == pytest.approx(kept, abs=2)
 
 
 def test_intervals_of_the_tables():

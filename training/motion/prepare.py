@@ -62,12 +62,21 @@ def furnishings(
 
 
 def build(
-    mocap_folder: Path, furniture_folder: Path | None, seed: int, sits_per_event: int, lies: int, runs: int
+    mocap_folder: Path,
+    furniture_folder: Path | None,
+    seed: int,
+    sits_per_event: int,
+    lies: int,
+    runs: int,
+    plain: bool = False,
 ) -> tuple:
-    """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action."""
+    """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action.
+
+    plain: nothing is mirrored and sits stay as they were captured, for the ablation without augmentation.
+    """
     rng = np.random.default_rng(seed)
     clips = neutralised(mocap.load_clips(mocap_folder))
-    clips += [mocap.mirror(clip) for clip in clips]
+    clips += [] if plain else [mocap.mirror(clip) for clip in clips]
     walks = [natural.astray_marked(c) for c in clips if not natural.styled(c)]
     sequences: list[Sequence] = [walk_sequence(c, rng) for c in walks if len(c) > 75 and natural.on_foot(c)]
     running = RunComposer(walks, seed)
@@ -75,7 +84,7 @@ def build(
     sequences += [walk_sequence(clip, rng) for clip in made if clip is not None]
     chairs, beds, grids = furnishings(furniture_folder, seed)
     events = [event for clip in clips for event in sit_events(clip)]
-    composer = Composer([p for p in chairs if p.goals], WalkIndex(walks), seed)
+    composer = Composer([p for p in chairs if p.goals], WalkIndex(walks), seed, plain)
     for event in events:
         made = (composer.compose(event) for _ in range(sits_per_event))
         sequences += [s for s in made if s is not None]
@@ -94,10 +103,19 @@ def main() -> None:
     parser.add_argument("--sits", type=int, default=16, help="sequences tried for each captured sit")
     parser.add_argument("--lies", type=int, default=900, help="sequences of lying down tried")
     parser.add_argument("--runs", type=int, default=260, help="runs tried")
+    parser.add_argument(
+        "--plain", action="store_true", help="ablation: no augmentation; use --lies 0 --runs 0"
+    )
     options = parser.parse_args()
     began = time.time()
     sequences, grids, reports = build(
-        options.mocap, options.furniture, options.seed, options.sits, options.lies, options.runs
+        options.mocap,
+        options.furniture,
+        options.seed,
+        options.sits,
+        options.lies,
+        options.runs,
+        options.plain,
     )
     save(options.output, sequences, grids)
     for kind in sorted({s.kind for s in sequences}):

@@ -149,10 +149,14 @@ def untouched(pelvis: np.ndarray, piece: Furnishing, place: tuple[float, float, 
 
 
 class Composer:
-    """Makes sit sequences out of events, pieces and walks; counts what it dropped and why."""
+    """Makes sit sequences out of events, pieces and walks; counts what it dropped and why.
 
-    def __init__(self, pieces: list[Furnishing], walks: WalkIndex, seed: int) -> None:
+    plain: sits stay as they were captured, on pieces of just their height (the ablation without augmentation).
+    """
+
+    def __init__(self, pieces: list[Furnishing], walks: WalkIndex, seed: int, plain: bool = False) -> None:
         self.walks = walks
+        self.plain = plain
         self.rng = np.random.default_rng(seed)
         self.report: Counter[str] = Counter()
         self.seats = [(piece, goal) for piece in pieces for goal in piece.goals]
@@ -165,9 +169,11 @@ class Composer:
         if not seats:
             self.report["no seat of that height"] += 1
             return None
-        clip, frames = self._paced(*self._excerpt(event))
+        clip, frames = self._excerpt(event)
+        if not self.plain and self.rng.random() < ALL_PACES:
+            clip, frames = self._paced(clip, frames)
         clip = relocked(lifted(clip, event.pelvis[1], seats[0][1].position[1] - event.pelvis[1]))
-        if self.rng.random() < 0.75 and frames["down"] > 12:
+        if not self.plain and self.rng.random() < 0.75 and frames["down"] > 12:
             clip, frames = self.approach(clip, frames)
         middle = slice(frames["seated"] + 3, frames["seat_end"])
         yaw_all = headings(clip.root, clip.rotations)
@@ -189,22 +195,21 @@ class Composer:
 
     def _turned(self, goal: Goal) -> tuple[Goal, bool]:
         """The goal, now and then turned so that one sits sideways, and whether it is."""
-        if self.rng.random() > SIDEWAYS:
+        if self.plain or self.rng.random() > SIDEWAYS:
             return goal, False
         turn = self.rng.choice([-1.0, 1.0]) * self.rng.uniform(*TURNS)
         return replace(goal, direction=rotation.rotate(rotation.about_y(turn), goal.direction)), True
 
     def _paced(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
-        """The excerpt as it is, slower or faster."""
-        if self.rng.random() > ALL_PACES:
-            return clip, frames
+        """The excerpt, slower or faster."""
         factor = self.rng.uniform(*PACES)
         quick = paced(clip, factor)
         return quick, {name: min(round(at / factor), len(quick) - 1) for name, at in frames.items()}
 
     def _seats_of_one_height(self, event: SitEvent, most: int = 12) -> list[tuple[Furnishing, Goal]]:
         """Seats within reach of the event's lift: a random one, and others within two centimetres of its height."""
-        fits = np.flatnonzero(np.abs(self.heights - event.pelvis[1]) < MOST_LIFT)
+        most = 0.02 if self.plain else MOST_LIFT
+        fits = np.flatnonzero(np.abs(self.heights - event.pelvis[1]) < most)
         if not len(fits):
             return []
         first = self.rng.choice(fits)

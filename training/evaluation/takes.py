@@ -1,0 +1,123 @@
+"""Takes in rooms of boxes around held-out furniture, and what each of them measures."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...samp_addon.errors import SampError
+from ...samp_addon.evaluation import metrics
+from ...samp_addon.job import Job
+from ...samp_addon.motion import Motion
+from ...samp_addon.scene.geometry import SceneGeometry
+from ...samp_addon.synthesis.chain import Situation, Take, Tools, synthesise
+from ...samp_addon.synthesis.request import Request
+from ...tests import rooms
+from .. import furniture
+
+FIRST_ROOM = 1000  # seed; the rooms of the judge and of the tests are others
+LONG_ENOUGH = 1.65  # metres of the longest side of what somebody of 1.7 m is asked to lie on
+SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", "sofa")}
+
+
+@dataclass
+class Results:
+    """All takes of an action with their measures, those of the same job together, and how many were not made."""
+
+    takes: list[Take] = field(default_factory=list)
+    numbers: list[dict] = field(default_factory=list)
+    alike: list[list[Motion]] = field(default_factory=list)
+    failed: int = 0
+
+    @property
+    def asked(self) -> int:
+        """How many takes were asked for."""
+        return len(self.takes) + self.failed
+
+    def values(self, key: str) -> list[float]:
+        """A measure of all takes that have it."""
+        return [numbers[key] for numbers in self.numbers if numbers.get(key) is not None]
+
+
+def held_out_seats(folder: Path, action: str = "sit") -> list[furniture.piece.Piece]:
+    """The real pieces to sit or lie on that no training has seen; none where the folder is missing."""
+    try:
+        pieces = furniture.library.load(folder, held_out=True)
+    except FileNotFoundError:
+        return []
+    fit = [piece for piece in pieces if piece.category in SEATS.get(action, ())]
+    if action == "lie":
+        fit = [piece for piece in fit if np.ptp(piece.triangles, axis=(0, 1)).max() >= LONG_ENOUGH]
+    return fit
+
+
+def situation(room: rooms.Room, piece: furniture.piece.Piece | None) -> Situation:
+    """A room with a real piece in place of its seat, if there is one."""
+    target = room.target.triangles
+    if piece is not None:
+        turned = rooms.turned(piece.triangles, room.target.yaw)
+        target = turned + [room.target.at[0], 0.0, room.target.at[1]]
+    others = [(obstacle.name, obstacle.triangles) for obstacle in room.pieces[1:]]
+    scene = SceneGeometry.from_objects([("Floor", room.floor), ("Target", target), *others])
+    return Situation(scene, target, ("Target",), (room.start, room.start_yaw))
+
+
+def straight_on(tools: Tools) -> Tools:
+    """The same networks without the planner: requests go straight from the start to the end of their way."""
+
+    def generate(
+        requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
+    ) -> Sequence[Motion | SampError]:
+        return tools.generate([replace(r, waypoints=r.waypoints[[0, -1]]) for r in requests], progress)
+
+    return replace(tools, generate=generate)
+
+
+def evaluate(
+    action: str,
+    count: int,
+    takes: int,
+    pieces: Sequence,
+    tools: Tools | None = None,
+    tell: Callable[[str], None] = lambda line: print(line, file=sys.stderr, flush=True),
+) -> Results:
+    """Takes of one action in `count` rooms. tell: is told of what cannot be made."""
+    results = Results()
+    for seed in range(count):
+        job, told = _job(action, seed, takes, pieces)
+        try:
+            made, failures = synthesise(job, told, tools=tools)
+        except SampError as error:
+            tell(f"{action}, room {seed}: {error}")
+            results.failed += takes
+            continue
+        for failure in failures:
+            tell(f"{action}, room {seed}, seed {failure.seed}: {failure.message}")
+        results.failed += len(failures)
+        results.takes += made
+        results.numbers += [
+            metrics.measure(take.motion, take.goal, told.scene.triangles, float(take.waypoints[:, 1].min()))
+            | {"attempts": take.attempts}
+            for take in made
+        ]
+        if len(made) > 1:
+            results.alike.append([take.motion for take in made])
+    return results
+
+
+def _job(action: str, seed: int, takes: int, pieces: Sequence) -> tuple[Job, Situation]:
+    """What is asked for in a room, and the room."""
+    stand_in = rooms.bed if action == "lie" else rooms.sofa if pieces else None
+    room = rooms.random_room(FIRST_ROOM + seed, stand_in)
+    told = situation(room, pieces[seed % len(pieces)] if pieces else None)
+    job = Job(action=action, target="Target", seed=1000 * seed, variants=takes)
+    if action in ("walk", "run"):
+        # The other corner of the room, seen from the start.
+        place = -room.start * [0.9, 0.0, 0.9]
+        job = replace(job, target="", to=(0.0, 0.0, 0.0))
+        told = replace(told, target=None, parts=(), destination=(place, None))
+    return job, told
