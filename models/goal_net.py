@@ -66,9 +66,16 @@ class GoalNet(nn.Module):
 
 
 def loss(
-    predicted: torch.Tensor, goal: torch.Tensor, mean: torch.Tensor, log_variance: torch.Tensor, beta: float
+    predicted: torch.Tensor,
+    goal: torch.Tensor,
+    mean: torch.Tensor,
+    log_variance: torch.Tensor,
+    beta: float | torch.Tensor,
 ) -> torch.Tensor:
-    """Equation 4, averaged over the batch: squared errors of position (scaled) and direction, and beta times KL."""
+    """Equation 4, averaged over the batch: squared errors of position (scaled) and direction, and beta times KL.
+
+    beta: one number, or one for each row (B,).
+    """
     error = (_to_units(predicted) - _to_units(goal)).square().sum(dim=1)
     divergence = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).sum(dim=1)
     return (error + beta * divergence).mean()

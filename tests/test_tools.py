@@ -18,7 +18,7 @@ import rooms
 from samp_blender.samp_addon.blender import read_scene, render
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene import navmesh, path, seats
-from samp_blender.training.evaluation import reference, report, tables, takes
+from samp_blender.training.evaluation import reference, report, sheets, tables, takes
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -87,6 +87,14 @@ def test_evaluation_prints_what_was_measured(tmp_path):
     beside = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
     assert beside[2].startswith("| ours | 2 of 2 | ") and beside[3].startswith("| stuck | 0 of 2 | - | ")
     assert len({line.count("|") for line in beside}) == 1
+
+
+@pytest.mark.skipif(not render.offscreen_works(), reason="no libEGL here")
+def test_contact_sheets_of_random_takes(tmp_path, monkeypatch):
+    monkeypatch.setattr(sheets, "TILES", 2)
+    results = takes.evaluate("sit", 1, 3, [], fakes.TOOLS)
+    drawn = sheets.draw("sit", results, tmp_path / "new", 2)
+    assert len(drawn) == 2 and all(path.stat().st_size > 1000 for path in drawn)
 
 
 def test_without_the_planner_people_go_straight():

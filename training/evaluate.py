@@ -14,10 +14,11 @@ from pathlib import Path
 
 from ..samp_addon.synthesis import goals, samp
 from ..samp_addon.synthesis.chain import Tools
-from .evaluation import reference, report
+from .evaluation import reference, report, sheets
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
+SHEETS = 20
 
 
 def tools_of(version: str) -> tuple[str, Tools]:
@@ -47,6 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--no-planner", action="store_true", help="with --versions: the first one without the planner, too"
     )
+    parser.add_argument(
+        "--sheets", type=Path, help="folder for contact sheets of 20 random takes of each action"
+    )
     options = parser.parse_args(arguments)
     versions = dict(tools_of(version) for version in options.versions or [])
     if options.no_planner and versions:
@@ -62,7 +66,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if versions:
             told = report.comparison(action, {name: made(tools) for name, tools in versions.items()}, real)
         else:
-            told = report.table(action, made(), real, pace if action == "sit" else None)
+            results = made()
+            told = report.table(action, results, real, pace if action == "sit" else None)
+            if options.sheets is not None:
+                sheets.draw(action, results, options.sheets, SHEETS)
         print(told, flush=True)
     return 0
 

@@ -35,7 +35,7 @@ BUTTOCK_LEFT, BUTTOCK_RIGHT = _lattice((0.03, 0.14), (-0.09, 0.08)), _lattice((-
 THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
 TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
 THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50), 0.06, LOOK)
-SHINS = _lattice((-0.14, 0.14), (0.38, 0.56))
+SHINS = _lattice((-0.20, 0.20), (0.38, 0.56))
 AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40), 0.05, LOOK)
 AROUND = np.concatenate(
     [
@@ -149,8 +149,9 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     feet = _within(grid, *at, FEET, -0.10, 0.22)
     good = (bump <= 0.06) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
     boards = [_barred(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)]
-    # The raised end, a headboard or a pillow, is where the head goes.
-    headed = np.clip(0.5 + 1.5 * (boards[0] - boards[1]), 0.1, 1.0)
+    # The raised end, a headboard or a pillow, is where the head goes; of two raised ones, the higher.
+    tops = [_barred(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)]
+    headed = np.clip(0.5 + 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]), 0.1, 1.0)
     ranges = np.arange(0.06, 0.75, 0.03)
     sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
     within_reach = np.interp(sides.min(axis=1), [0.17, 0.28, 0.42, 0.60, 0.75], [0.5, 0.85, 1.0, 1.0, 0.6])

@@ -26,12 +26,16 @@ SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", 
 
 @dataclass
 class Results:
-    """All takes of an action with their measures, those of the same job together, and how many were not made."""
+    """All takes of an action with their measures, those of the same job together, and how many were not made.
+
+    furniture: the triangles (F, 3, 3) around each take, without the floor.
+    """
 
     takes: list[Take] = field(default_factory=list)
     numbers: list[dict] = field(default_factory=list)
     alike: list[list[Motion]] = field(default_factory=list)
     failed: int = 0
+    furniture: list[np.ndarray] = field(default_factory=list)
 
     @property
     def asked(self) -> int:
@@ -99,6 +103,7 @@ def evaluate(
             tell(f"{action}, room {seed}, seed {failure.seed}: {failure.message}")
         results.failed += len(failures)
         results.takes += made
+        results.furniture += [told.scene.without(("Floor",)).triangles] * len(made)
         results.numbers += [
             metrics.measure(take.motion, take.goal, told.scene.triangles, float(take.waypoints[:, 1].min()))
             | {"attempts": take.attempts}

@@ -1,0 +1,33 @@
+"""Contact sheets of random takes, from two sides: what no number tells."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..look import cut, look
+from .takes import Results
+
+BEFORE = 2.5  # seconds drawn of the way before somebody sits or lies down
+TILES = 15
+
+
+def draw(action: str, results: Results, folder: Path, count: int, seed: int = 0) -> list[Path]:
+    """Sheets of up to ``count`` random takes; of sits and lies the end of the way and what follows."""
+    folder.mkdir(parents=True, exist_ok=True)
+    chosen = np.sort(np.random.default_rng(seed).permutation(len(results.takes))[:count])
+    paths = []
+    for k in chosen:
+        motion = results.takes[k].motion
+        start = (motion.interaction_start or 0) / motion.fps - BEFORE
+        paths.append(
+            look(
+                cut(motion, max(start, 0.0), None),
+                folder / f"{action}_{k:03d}.png",
+                triangles=results.furniture[k],
+                count=TILES,
+                size=(280, 240),
+            )
+        )
+    return paths
