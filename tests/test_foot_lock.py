@@ -112,3 +112,18 @@ def test_a_dragged_foot_clears_the_floor(step, least):
     assert lowest[19:21].min() > least
     assert np.abs(np.diff(positions[:, skeleton.INDEX["left_foot"], 1])).max() < 0.02, "the foot does not pop"
     assert np.abs(np.minimum(heel, ball)[:12, 1]).max() < 2e-3, "stances stay on the floor"
+
+
+def test_toes_bend_where_a_heel_rises():
+    frames = 20
+    root, quats = standing(frames)
+    angle = np.radians(np.linspace(0, 35, frames))
+    half = np.stack([np.cos(angle / 2), np.sin(angle / 2), 0 * angle, 0 * angle], -1)
+    ankle = skeleton.INDEX["left_ankle"]
+    quats[:, ankle] = rotation.multiply(half, quats[:, ankle])
+    contacts = np.tile([0.0, 0, 0, 1, 1], (frames, 1))
+    locked = lock_feet(Motion(root, quats, contacts=contacts))
+    positions, globals_ = locked.forward_kinematics()
+    assert toe_tips(positions, globals_, REST, "left")[:, 1].min() > -0.004
+    assert sole_points(positions, globals_, REST, "left")[1][:, 1].max() < 0.01, "the ball stays down"
+    assert np.allclose(np.abs(locked.rotations[:, skeleton.INDEX["right_foot"], 0]), 1, atol=1e-6)

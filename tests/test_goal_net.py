@@ -14,7 +14,7 @@ from samp_blender.samp_addon.synthesis import goals as sampling
 from samp_blender.training import furniture
 from samp_blender.training.furniture import shapes
 from samp_blender.training.goals import dataset, train
-from samp_blender.training.goals.evaluate import evaluate
+from samp_blender.training.goals.evaluate import evaluate, handed_out
 
 
 @pytest.fixture(scope="module")
@@ -177,3 +177,11 @@ def test_half_precision_moves_goals_by_less_than_a_millimetre(tmp_path):
 def test_the_seats_height_is_the_pelvis_less_the_bodys_flesh(sofa):
     seat = seats.find_seats(sofa, "sit")[0]
     assert seat.goal.position[1] - seat.surface == pytest.approx(postures.SEAT_TO_PELVIS, abs=1e-6)
+
+
+def test_goals_handed_out_are_as_varied_as_what_the_geometry_allows():
+    rng = np.random.default_rng(0)
+    pieces = [furniture.generate(name, rng) for name in ("sofa", "bench", "table")]
+    found = handed_out(pieces, "sit")
+    assert found["objects"] >= 2
+    assert 0.5 < found["apd_position_cm"] / found["apd_position_labels_cm"] < 2

@@ -184,7 +184,30 @@ def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0) -> Motion:
     for foot, offset, _ in plans:
         target = positions[:, foot.ankle] + offset
         rotations = solve_limb(root, rotations, motion.rest_joints, f"{foot.side}_leg", target)
+    for foot in _FEET:
+        rotations = _bent_toes(root, rotations, motion.rest_joints, foot, floor)
     return replace(motion, root=root, rotations=rotations)
+
+
+def _bent_toes(
+    root: np.ndarray, rotations: np.ndarray, rest: np.ndarray, foot: _Foot, floor: np.ndarray
+) -> np.ndarray:
+    """Local rotations (T, J, 4) whose toes bend up as far as they would else be in the floor (T,)."""
+    positions, globals_ = skeleton.forward_kinematics(root, rotations, rest)
+    tip = toe_tips(positions, globals_, rest, foot.side)
+    sinks = np.maximum(floor - tip[:, 1], 0.0)
+    if not sinks.any():
+        return rotations
+    toes = tip - positions[:, foot.ball]
+    length = np.linalg.norm(toes, axis=-1)
+    height = np.minimum(toes[:, 1] + sinks, 0.98 * length)
+    flat = toes[:, [0, 2]]
+    flat = flat * (np.sqrt(length**2 - height**2) / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
+    raised = np.stack([flat[:, 0], height, flat[:, 1]], -1)
+    bend = rotation.multiply(rotation.between(toes, raised), globals_[:, foot.ball])
+    rotations = rotations.copy()
+    rotations[:, foot.ball] = rotation.multiply(rotation.conjugate(globals_[:, foot.ankle]), bend)
+    return rotations
 
 
 def _pelvis_drop(motion: Motion, positions: np.ndarray, plans: list) -> np.ndarray:

@@ -9,7 +9,11 @@ import torch
 
 from ...models import goal_net
 from ...samp_addon.evaluation import goals as measures
-from .dataset import LabelledObject, held_out_objects
+from ...samp_addon.motion import Goal
+from ...samp_addon.scene import seats
+from ...samp_addon.synthesis.goals import draw_goals
+from .. import furniture
+from .dataset import LabelledObject, held_out_objects, real_pieces
 
 GOALS_EACH = 10
 COPIES = 4
@@ -63,14 +67,46 @@ def nearest_label(drawn: np.ndarray, objects: list[LabelledObject]) -> tuple[flo
     return float(100 * np.mean(gaps)), float(np.mean(turns))
 
 
+def handed_out(pieces: list[furniture.Piece], action: str, seed: int = 0) -> dict[str, float]:
+    """Diversity of the goals that an artist gets: the shipped network's, put onto the real surface, N = 10 a piece,
+    beside labels drawn by their weights. Pieces on which nobody can do it are left out."""
+    rng = np.random.default_rng(seed)
+    given, labels = [], []
+    for piece in pieces:
+        found = seats.seats_on(seats.map_of(piece.triangles), action, seats.MANY)
+        if not found:
+            continue
+        weights = np.array([seat.score for seat in found])
+        drawn = rng.choice(len(found), GOALS_EACH, p=weights / weights.sum())
+        labels.append([_row(found[k].goal) for k in drawn])
+        given.append([_row(goal) for goal in draw_goals(piece.triangles, action, GOALS_EACH, seed).goals])
+    ours, theirs = np.array(given), np.array(labels)
+    return {
+        "objects": len(ours),
+        "apd_position_cm": measures.apd_position(ours[..., :3]),
+        "apd_position_labels_cm": measures.apd_position(theirs[..., :3]),
+        "apd_direction_deg": measures.apd_direction(ours[..., 3:]),
+        "apd_direction_labels_deg": measures.apd_direction(theirs[..., 3:]),
+    }
+
+
+def _row(goal: Goal) -> np.ndarray:
+    return np.concatenate([goal.position, goal.direction])
+
+
 def report(net: goal_net.GoalNet, objects: list[LabelledObject]) -> str:
     """The measures as a table, sitting and lying apart."""
-    columns = {
-        action: evaluate(net, [one for one in objects if one.action == index])
-        for index, action in enumerate(goal_net.ACTIONS)
-    }
+    return _columns(
+        {
+            action: evaluate(net, [one for one in objects if one.action == index])
+            for index, action in enumerate(goal_net.ACTIONS)
+        }
+    )
+
+
+def _columns(columns: dict[str, dict[str, float]]) -> str:
     lines = [f"{'':28}" + "".join(f"{action:>10}" for action in columns)]
-    for key in columns["sit"]:
+    for key in next(iter(columns.values())):
         lines.append(f"{key:28}" + "".join(f"{column[key]:10.2f}" for column in columns.values()))
     return "\n".join(lines)
 
@@ -80,3 +116,5 @@ if __name__ == "__main__":
     parser.add_argument("--copies", type=int, default=COPIES, help="scaled copies of each held-out piece")
     arguments = parser.parse_args()
     print(report(goal_net.load(), held_out_objects(seed=1, copies=arguments.copies)))
+    print("as handed out, on the surface:")
+    print(_columns({action: handed_out(real_pieces(held_out=True), action) for action in goal_net.ACTIONS}))
