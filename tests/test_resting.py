@@ -6,7 +6,7 @@ from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
-from samp_blender.samp_addon.synthesis.resting import RestingTop
+from samp_blender.samp_addon.synthesis.resting import GIVE, RestingTop
 from test_samp import box
 
 FRAMES, SEAT, MATTRESS = 40, 0.45, 0.5
@@ -103,3 +103,11 @@ def test_limbs_give_way_without_a_pop():
     moved = mended.forward_kinematics()[0] - motion.forward_kinematics()[0]
     assert np.abs(moved).max() > 0.01, "or there is nothing to mend"
     assert np.linalg.norm(np.diff(moved, axis=0), axis=-1).max() < 0.025
+
+
+@pytest.mark.parametrize("pose, thick", [(LYING, BED_TO_PELVIS), (SITTING, SEAT_TO_PELVIS)])
+def test_a_pelvis_does_not_sink_into_the_mattress(pose, thick):
+    motion = held(LIE, pose, (0.3, -0.05, 0))
+    mended = top(BED, LIE).cleared(motion, row(LIE))
+    assert mended.root[FRAMES // 2, 1] == pytest.approx(MATTRESS + thick - GIVE, abs=0.01)
+    assert np.allclose(mended.root[:, [0, 2]], motion.root[:, [0, 2]])

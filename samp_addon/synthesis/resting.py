@@ -19,6 +19,7 @@ from scipy.ndimage import (
 )
 
 from .. import rotation, skeleton
+from ..easing import smoothstep
 from ..motion import Goal, Motion
 from ..scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
 
@@ -35,7 +36,10 @@ BONES = {
 TOPS = {"sit": (-0.05, 0.30), "lie": (-0.12, 0.22)}  # metres about the seat or mattress that count as its top
 MOST = 0.12  # metres by which a joint is raised; twice as deep it is beside the piece, not in it
 MOST_ASIDE = 0.18
+WALL = 0.05  # metres over the seat or mattress from which on things are left aside
+BELOW = 0.15  # metres under it down to which a joint may be in a wall
 SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limbs give way
+GIVE = 0.015  # metres that flesh and cushion give way under the pelvis
 REACH = 1.3  # metres on the floor around the goal in which limbs are looked after
 
 
@@ -43,11 +47,12 @@ REACH = 1.3  # metres on the floor around the goal in which limbs are looked aft
 class RestingTop:
     """Heights (X, Z) of a piece over the floor, minus infinity where it is not; corner (2,): x and z.
 
-    low, high: metres between which the heights are a top that limbs may lie on; what is higher is a wall.
+    level: of the seat or mattress. low, high: between these the heights are a top that limbs may lie on.
     """
 
     heights: np.ndarray
     corner: np.ndarray
+    level: float
     low: float
     high: float
     action: str
@@ -67,7 +72,7 @@ class RestingTop:
         # Samples miss a cell of the top now and then and hit only its bottom.
         top = minimum_filter(maximum_filter(np.pad(top, 1, constant_values=-np.inf), 3), 3)[1:-1, 1:-1]
         below, above = TOPS[goal.action]
-        return cls(top, corner, level + below, level + above, goal.action)
+        return cls(top, corner, level, level + below, level + above, goal.action)
 
     def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Cell indices of places (T, 2), and which are on the grid."""
@@ -76,8 +81,11 @@ class RestingTop:
         x, z = np.clip(at, 0, np.array(self.heights.shape) - 1).T
         return x, z, inside
 
-    def missing(self, joint: np.ndarray, thick: float) -> np.ndarray:
-        """Metres (T,) by which a joint (T, 3) is too low to lie on the top; 0 where that is not below it."""
+    def missing(self, joint: np.ndarray, thick: float | np.ndarray) -> np.ndarray:
+        """Metres (T,) by which a joint (T, 3) is too low to lie on the top; 0 where that is not below it.
+
+        thick: metres from the joint to its skin, one number or (T,).
+        """
         x, z, inside = self._cells(joint[:, [0, 2]])
         found = self.heights[x, z]
         on = inside & (found > self.low) & (found < self.high)
@@ -85,32 +93,50 @@ class RestingTop:
         return np.maximum(np.minimum(lack, 2 * MOST - lack), 0.0)
 
     @cached_property
-    def _ways_out(self) -> list[np.ndarray]:
-        """For levels LEVEL apart from ``low`` up: the nearest cell (2, X, Z) that is not higher than the level."""
-        levels = np.arange(self.low, self.low + HEADROOM + LEVEL, LEVEL)
+    def _ways_out(self) -> np.ndarray:
+        """For heights LEVEL apart from WALL over the seat up: the nearest cell (K, 2, X, Z) that is not higher."""
+        levels = self.level + np.arange(WALL, HEADROOM, LEVEL)
         padded = (np.pad(self.heights > level, 1) for level in levels)
-        return [distance_transform_edt(solid, return_distances=False, return_indices=True)[:, 1:-1, 1:-1] - 1
-                for solid in padded]  # fmt: skip
+        return np.array(
+            [
+                distance_transform_edt(solid, return_distances=False, return_indices=True)[:, 1:-1, 1:-1] - 1
+                for solid in padded
+            ]
+        )
 
     def aside(self, joint: np.ndarray, thick: float) -> np.ndarray:
-        """Way (T, 2) over the floor, metres, by which a joint (T, 3) comes out of what is higher than itself."""
+        """Way (T, 2) over the floor, metres, by which a joint (T, 3) comes out of a wall that it is in."""
         x, z, inside = self._cells(joint[:, [0, 2]])
-        level = np.floor((joint[:, 1] - thick - self.low) / LEVEL).astype(int)
-        solid = inside & (level >= 0) & (self.heights[x, z] > joint[:, 1] - thick)
-        nearest = np.array(self._ways_out)[np.clip(level, 0, len(self._ways_out) - 1), :, x, z]
+        height = joint[:, 1] - thick - self.level
+        step = np.clip(np.floor((height - WALL) / LEVEL).astype(int), 0, len(self._ways_out) - 1)
+        wall = self.heights[x, z] - self.level > np.maximum(height, WALL)
+        nearest = self._ways_out[step, :, x, z]
         way = self.corner + (nearest + 0.5) * CELL - joint[:, [0, 2]]
         length = np.linalg.norm(way, axis=-1, keepdims=True)
         way *= 1 + thick / np.maximum(length, CELL)
-        return np.where((solid & (length[:, 0] < MOST_ASIDE))[:, None], way, 0.0)
+        return np.where((inside & wall & (height > -BELOW) & (length[:, 0] < MOST_ASIDE))[:, None], way, 0.0)
 
     def cleared(self, motion: Motion, goal: np.ndarray) -> Motion:
         """The motion, over a floor at height 0, with its limbs out of the piece. goal: row of Route.goals."""
         near = np.linalg.norm(motion.root[:, [0, 2]] - goal[[0, 2]], axis=-1) < REACH
+        if self.action == "lie":
+            motion = self._on_top(motion, near)
         for upper, lower, thick in BONES[self.action]:
             for side in ("",) if upper in skeleton.INDEX else ("right_", "left_"):
-                sideways = (upper, lower, thick) in ARMS
+                sideways = upper not in skeleton.INDEX
                 motion = self._out(motion, side + upper, side + lower, thick, near, sideways)
         return motion
+
+    def _on_top(self, motion: Motion, near: np.ndarray) -> Motion:
+        """The motion whose pelvis, sitting on the edge or lying, is not lower than buttocks or back allow."""
+        _, globals_ = motion.forward_kinematics()
+        upright = rotation.quaternion_to_matrix(globals_[:, skeleton.INDEX["spine1"]])[:, 1, 1]
+        thick = BED_TO_PELVIS + (SEAT_TO_PELVIS - BED_TO_PELVIS) * smoothstep(upright) - GIVE
+        missing = np.where(near, self.missing(motion.root, thick), 0.0)
+        if not missing.any():
+            return motion
+        lift = gaussian_filter1d(maximum_filter1d(missing, SOONER), EVENLY, mode="nearest")
+        return replace(motion, root=motion.root + lift[:, None] * np.array([0.0, 1.0, 0.0]))
 
     def _out(
         self, motion: Motion, upper: str, lower: str, thick: float, near: np.ndarray, sideways: bool
