@@ -6,7 +6,7 @@ from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
-from samp_blender.samp_addon.synthesis.resting import GIVE, RestingTop
+from samp_blender.samp_addon.synthesis.resting import GIVE, RestingTop, _end
 from test_samp import box
 
 FRAMES, SEAT, MATTRESS = 40, 0.45, 0.5
@@ -34,6 +34,7 @@ def turned(joint_angles):
 HANGING = (("left_shoulder", "z", -75), ("right_shoulder", "z", 75))
 SITTING = (("left_hip", "x", -85), ("right_hip", "x", -85), ("left_knee", "x", 85), ("right_knee", "x", 85), *HANGING,
            ("left_elbow", "y", -70), ("right_elbow", "y", 70))  # fmt: skip
+LEGS_OUT = (("left_hip", "x", -95), ("right_hip", "x", -95), *HANGING)
 LYING = (("pelvis", "x", -90), *HANGING)
 
 
@@ -95,6 +96,14 @@ def test_an_elbow_comes_out_of_the_back_of_a_sofa():
     assert joint(mended, "left_elbow")[FRAMES // 2, 0] < elbow[0] - 0.06
 
 
+def test_hands_lie_flat():
+    pose = (*LYING, ("left_wrist", "z", -60), ("right_wrist", "z", 60))
+    motion = held(LIE, pose, (0, 0.03, 0))
+    tip = lambda m: _end(m, "left_wrist", "left_middle2")[FRAMES // 2, 1]
+    mended = top(BED, LIE).cleared(motion, row(LIE))
+    assert tip(mended) >= min(tip(motion), MATTRESS + 0.01) - 1e-6 and tip(mended) > MATTRESS + 0.005
+
+
 def test_limbs_give_way_without_a_pop():
     motion = held(LIE, LYING, (0, -0.03, 0))
     root = motion.root + np.array([0.0, 0.3, 0.0]) * np.clip(1 - np.arange(FRAMES) / 15, 0, 1)[:, None]
@@ -105,9 +114,22 @@ def test_limbs_give_way_without_a_pop():
     assert np.linalg.norm(np.diff(moved, axis=0), axis=-1).max() < 0.025
 
 
-@pytest.mark.parametrize("pose, thick", [(LYING, BED_TO_PELVIS), (SITTING, SEAT_TO_PELVIS)])
+@pytest.mark.parametrize("pose, thick", [(LYING, BED_TO_PELVIS), (LEGS_OUT, SEAT_TO_PELVIS)])
 def test_a_pelvis_does_not_sink_into_the_mattress(pose, thick):
     motion = held(LIE, pose, (0.3, -0.05, 0))
     mended = top(BED, LIE).cleared(motion, row(LIE))
     assert mended.root[FRAMES // 2, 1] == pytest.approx(MATTRESS + thick - GIVE, abs=0.01)
     assert np.allclose(mended.root[:, [0, 2]], motion.root[:, [0, 2]])
+
+
+@pytest.mark.parametrize("deep", [0.05, 0.15])
+def test_who_sits_on_the_edge_has_their_shins_before_it(deep):
+    goal = Goal(LIE.position, np.array([1.0, 0.0, 0.0]), "lie")
+    motion = held(goal, SITTING, (0, SEAT_TO_PELVIS - BED_TO_PELVIS, 0.0))
+    shin = joint(motion, "left_ankle")[0, 2]
+    bed = box((-1.0, 0.0, -0.8), (1.0, MATTRESS, shin + deep))
+    mended = top(bed, goal).cleared(motion, row(goal))
+    assert joint(mended, "left_ankle")[FRAMES // 2, 2] > shin + deep + 0.03
+    assert joint(mended, "pelvis")[FRAMES // 2, 2] == pytest.approx(motion.root[0, 2] + deep + 0.06, abs=0.04)
+    outside = top(box((-1.0, 0.0, -0.8), (1.0, MATTRESS, shin - 0.1)), goal)
+    assert np.allclose(outside.cleared(motion, row(goal)).root[:, 2], motion.root[:, 2])

@@ -152,7 +152,9 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     boards = [_barred(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)]
     # The raised end, a headboard or a pillow, is where the head goes; of two raised ones, the higher.
     tops = [_barred(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)]
-    headed = np.clip(0.5 + 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]), 0.1, 1.0)
+    pillows = [_rise(grid, *at, part) for part in (HEAD, FEET)]
+    told = 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]) + (pillows[0] - pillows[1])
+    headed = np.clip(0.5 + told, 0.1, 1.0)
     ranges = np.arange(0.06, 0.75, 0.03)
     sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
     within_reach = np.interp(sides.min(axis=1), [0.17, 0.28, 0.42, 0.60, 0.75], [0.5, 0.85, 1.0, 1.0, 0.6])
@@ -163,10 +165,10 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     along = np.where(long_way >= 0.9 * (grid.high - grid.low).max(), 1.0, 0.65)
     # Shoulders and arms need more room than the trunk: nobody lies hard against the back of a sofa.
     beside = _hit(grid, *at[:2], BESIDE, at[2] + 0.10, at[2] + 0.45)
-    room = 1.2 - 0.4 * beside
+    room = 1 - 0.33 * beside
     value = room * body * head * (1 - 4 * bump) * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed)
     value *= within_reach * tall * straight * along
-    score[rows] = np.where(good, np.minimum(value, 1.0), 0.0)
+    score[rows] = np.where(good, value, 0.0)
     return score
 
 
@@ -181,6 +183,11 @@ def _within(grid, places, yaws, height, part, low: float, high: float) -> np.nda
     """Share (N,) of a part's points with a carrying surface between two heights relative to the seat."""
     rise = grid.height(_at(places, yaws, part)) - height[:, None]
     return ((rise >= low) & (rise <= high)).mean(axis=1)
+
+
+def _rise(grid, places, yaws, height, part) -> np.ndarray:  # noqa: ANN001
+    """Share (N,) of a part's points where something as thick as a pillow lies on the surface."""
+    return _within(grid, places, yaws, height, part, 0.05, 0.22)
 
 
 def _carried(grid, places, yaws, height, part, step: float = WIDEST_STEP) -> np.ndarray:  # noqa: ANN001

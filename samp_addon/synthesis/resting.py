@@ -27,7 +27,7 @@ CELL = 0.03
 LEVEL = 0.04  # metres of height between two looks for a way aside
 HEADROOM = 0.55  # metres over the seat or mattress; what is higher is not touched
 # Upper joint, lower joint, metres from the lower joint to the skin that it lies on: from the trunk outwards.
-ARMS = (("shoulder", "elbow", 0.04), ("elbow", "wrist", 0.035))
+ARMS = (("shoulder", "elbow", 0.04), ("elbow", "wrist", 0.035), ("wrist", "middle2", 0.02))
 BONES = {
     "sit": ARMS,
     "lie": (("spine1", "spine3", 0.09), ("spine3", "head", 0.10), ("hip", "knee", 0.065), ("knee", "ankle", 0.065),
@@ -39,6 +39,8 @@ MOST_ASIDE = 0.18
 WALL = 0.05  # metres over the seat or mattress from which on things are left aside
 BELOW = 0.15  # metres under it down to which a joint may be in a wall
 SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limbs give way
+SHIN = 0.05  # metres from the middle of a shin to its skin
+MOST_BESIDE = 0.3  # metres by which a body keeps off
 GIVE = 0.015  # metres that flesh and cushion give way under the pelvis
 REACH = 1.3  # metres on the floor around the goal in which limbs are looked after
 
@@ -89,8 +91,7 @@ class RestingTop:
         x, z, inside = self._cells(joint[:, [0, 2]])
         found = self.heights[x, z]
         on = inside & (found > self.low) & (found < self.high)
-        lack = np.where(on, found + thick - joint[:, 1], 0.0)
-        return np.maximum(np.minimum(lack, 2 * MOST - lack), 0.0)
+        return np.where(on, np.maximum(found + thick - joint[:, 1], 0.0), 0.0)
 
     @cached_property
     def _ways_out(self) -> np.ndarray:
@@ -120,19 +121,56 @@ class RestingTop:
         """The motion, over a floor at height 0, with its limbs out of the piece. goal: row of Route.goals."""
         near = np.linalg.norm(motion.root[:, [0, 2]] - goal[[0, 2]], axis=-1) < REACH
         if self.action == "lie":
-            motion = self._on_top(motion, near)
+            motion = self._on_top(self._beside(motion, near), near)
         for upper, lower, thick in BONES[self.action]:
             for side in ("",) if upper in skeleton.INDEX else ("right_", "left_"):
                 sideways = upper not in skeleton.INDEX
                 motion = self._out(motion, side + upper, side + lower, thick, near, sideways)
         return motion
 
+    def _beside(self, motion: Motion, near: np.ndarray) -> Motion:
+        """The motion whose body keeps so far off a bed that shins below its top are not in it."""
+        positions, _ = motion.forward_kinematics()
+        out = np.zeros((len(motion), 2))
+        for side in ("right", "left"):
+            knee, ankle = (positions[:, skeleton.INDEX[f"{side}_{name}"]] for name in ("knee", "ankle"))
+            for share in (0.0, 0.5, 1.0):
+                point = ankle + share * (knee - ankle)
+                way = self._out_of_the_side(point)
+                more = np.linalg.norm(way, axis=-1) > np.linalg.norm(out, axis=-1)
+                out[more & near] = way[more & near]
+        if not out.any():
+            return motion
+        distance = np.linalg.norm(out, axis=-1)
+        # The same way all along, so that bodies do not weave.
+        mean = (out * distance[:, None]).sum(0)
+        mean /= max(float(np.linalg.norm(mean)), 1e-9)
+        far = np.maximum(out @ mean, 0.0)
+        far = gaussian_filter1d(maximum_filter1d(far, 2 * SOONER), 1.5 * EVENLY, mode="nearest")
+        return replace(motion, root=motion.root + far[:, None] * np.array([mean[0], 0.0, mean[1]]))
+
+    def _out_of_the_side(self, point: np.ndarray) -> np.ndarray:
+        """Way (T, 2) over the floor by which points (T, 3) below the top come out over its nearest edge."""
+        x, z, inside = self._cells(point[:, [0, 2]])
+        below = inside & (point[:, 1] < self.level - MOST) & (self.heights[x, z] > self.low)
+        nearest = self._ways_beside[:, x, z].T
+        way = self.corner + (nearest + 0.5) * CELL - point[:, [0, 2]]
+        length = np.linalg.norm(way, axis=-1, keepdims=True)
+        way *= np.minimum(length + SHIN, MOST_BESIDE) / np.maximum(length, 1e-6)
+        return np.where(below[:, None], way, 0.0)
+
+    @cached_property
+    def _ways_beside(self) -> np.ndarray:
+        """The nearest cell (2, X, Z) that is not on the piece."""
+        solid = np.pad(self.heights > self.low, 1)
+        return distance_transform_edt(solid, return_distances=False, return_indices=True)[:, 1:-1, 1:-1] - 1
+
     def _on_top(self, motion: Motion, near: np.ndarray) -> Motion:
         """The motion whose pelvis, sitting on the edge or lying, is not lower than buttocks or back allow."""
         _, globals_ = motion.forward_kinematics()
         upright = rotation.quaternion_to_matrix(globals_[:, skeleton.INDEX["spine1"]])[:, 1, 1]
         thick = BED_TO_PELVIS + (SEAT_TO_PELVIS - BED_TO_PELVIS) * smoothstep(upright) - GIVE
-        missing = np.where(near, self.missing(motion.root, thick), 0.0)
+        missing = np.where(near, _within_reason(self.missing(motion.root, thick)), 0.0)
         if not missing.any():
             return motion
         lift = gaussian_filter1d(maximum_filter1d(missing, SOONER), EVENLY, mode="nearest")
@@ -141,31 +179,49 @@ class RestingTop:
     def _out(
         self, motion: Motion, upper: str, lower: str, thick: float, near: np.ndarray, sideways: bool
     ) -> Motion:
-        joint = motion.forward_kinematics()[0][:, skeleton.INDEX[lower]]
-        up = np.where(near, self.missing(joint, thick), 0.0)
+        joint = _end(motion, upper, lower)
+        missing = np.where(near, self.missing(joint, thick), 0.0)
+        up = _within_reason(missing)
         away = np.zeros((len(motion), 2))
         if sideways:
             away = np.where(near[:, None], self.aside(joint, thick), 0.0)
             # A little is raised onto the mattress, even beside its edge; a wall is left by the shorter way.
             distance = np.linalg.norm(away, axis=-1)
-            rather_up = (up > 0) & (up < np.maximum(distance, 0.5 * MOST))
+            rather_up = (missing > 0) & (missing < np.maximum(distance, 0.5 * MOST))
             up, away = np.where(rather_up | (distance == 0), up, 0.0), np.where(rather_up[:, None], 0.0, away)
         if not (up.any() or away.any()):
             return motion
         up = gaussian_filter1d(maximum_filter1d(up, SOONER), EVENLY, mode="nearest")
-        return turned(motion, upper, lower, np.column_stack([away[:, 0], up, away[:, 1]]), EVENLY)
+        return turned(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]), EVENLY)
 
 
-def turned(motion: Motion, upper: str, lower: str, way: np.ndarray, evenly: float) -> Motion:
-    """The motion with a bone turned about its upper joint, so that the lower one goes some way (T, 3), metres.
+def _within_reason(missing: np.ndarray) -> np.ndarray:
+    """Heights (T,) by which joints are raised that are so much too low: what is much too low is beside the piece."""
+    return np.maximum(np.minimum(missing, 2 * MOST - missing), 0.0)
+
+
+def _end(motion: Motion, upper: str, lower: str) -> np.ndarray:
+    """World place (T, 3) of a bone's lower joint; fingers are as straight as in the rest pose."""
+    positions, globals_ = motion.forward_kinematics()
+    a, b = skeleton.INDEX[upper], skeleton.INDEX[lower]
+    if b < positions.shape[1]:
+        return positions[:, b]
+    rest = skeleton.default_rest_joints()
+    return positions[:, a] + rotation.rotate(
+        globals_[:, a], np.broadcast_to(rest[b] - rest[a], (len(motion), 3))
+    )
+
+
+def turned(motion: Motion, upper: str, end: np.ndarray, way: np.ndarray, evenly: float) -> Motion:
+    """The motion with a joint turned so that a place (T, 3) on its bone goes some way (T, 3), metres.
 
     evenly: frames, standard deviation over which the way over the floor is smoothed.
     """
-    a, b = skeleton.INDEX[upper], skeleton.INDEX[lower]
+    a = skeleton.INDEX[upper]
     positions, globals_ = motion.forward_kinematics()
     way = way.copy()
     way[:, [0, 2]] = gaussian_filter1d(way[:, [0, 2]], evenly, axis=0, mode="nearest")
-    bone = positions[:, b] - positions[:, a]
+    bone = end - positions[:, a]
     length = np.linalg.norm(bone, axis=-1)
     # The height is reached exactly, as far as the bone's length allows; the rest of the bone keeps its direction.
     rise = np.clip(bone[:, 1] + way[:, 1], -0.98 * length, 0.98 * length)
