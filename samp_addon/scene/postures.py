@@ -35,7 +35,7 @@ BUTTOCK_LEFT, BUTTOCK_RIGHT = _lattice((0.03, 0.14), (-0.09, 0.08)), _lattice((-
 THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
 TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
 THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50), 0.06, LOOK)
-SHINS = _lattice((-0.20, 0.20), (0.38, 0.56))
+SHINS = _lattice((-0.26, 0.26), (0.38, 0.56))
 AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40), 0.05, LOOK)
 AROUND = np.concatenate(
     [
@@ -89,7 +89,7 @@ def _shins_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: 
     below = grid.blocked(at, np.minimum(0.12, height - 0.12)[:, None], (height - 0.04)[:, None])
     # A mattress may be a hollow sheet: where the surface goes on, there is no room for shins under it.
     on = grid.height(at) > height[:, None] - 0.12
-    return _share_free((below | on).mean(axis=1), 0.15)
+    return _share_free((below | on).mean(axis=1), 0.09)
 
 
 def _torso_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ BEHIND_EDGE = (0.03, 0.14)  # metres from the edge back to the pelvis that sits 
 SEATED = (6, 20)  # frames on the edge before the swing
 SWING = (26, 44)  # frames of the swing
 MOST_PLACES = 8  # tried for one motion
-PACES = (0.8, 1.3)
+PACES = (1.0, 1.6)
 MOST_LIFT = 0.15
 STRIP = 0.22  # metres to either side of the seat on the edge that must be free
 

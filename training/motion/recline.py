@@ -21,7 +21,8 @@ from ..mocap import Clip
 from .events import headings, turned
 
 # Captured reclines: from sitting on the floor, legs in front, to the end of lying still.
-CAPTURED = {"111_12": (165, 403), "113_08": (88, 300)}
+CAPTURED = {"111_12": (215, 403), "113_08": (88, 300)}
+FLAT = 0.25  # cosine between the chest and the vertical from which somebody lies
 LEGS = [
     skeleton.INDEX[f"{side}_{name}"]
     for side in ("left", "right")
@@ -59,8 +60,7 @@ def reclines(clips: list[Clip]) -> list[Recline]:
         if span is None:
             continue
         part = clip.cut(*span)
-        lying = np.flatnonzero(part.labels == "lie")
-        still = int(lying[0]) + 10 if len(lying) else len(part) - 15
+        still = int(np.flatnonzero(_chest(part) > FLAT)[-1]) + 1
         found.append(Recline(flattened(part, still), still))
     return found
 
@@ -71,9 +71,9 @@ def flattened(clip: Clip, still: int) -> Clip:
     The captured people lay on a hard floor, but retargeting and the neutral posture (posture.py) have bent their
     trunks, so that the chest would be 4 cm deep in a mattress that just carries the buttocks.
     """
-    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
-    chest = rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 1]
-    weight = smoothstep((np.cos(np.radians(25)) - chest) / (np.cos(np.radians(25)) - np.cos(np.radians(70))))
+    weight = smoothstep(
+        (np.cos(np.radians(25)) - _chest(clip)) / (np.cos(np.radians(25)) - np.cos(np.radians(70)))
+    )
     for _ in range(6):
         low = _lowest(clip, still)
         chest_up = (low["pelvis"] - low["spine3"]) / CHEST_LEVER
@@ -81,6 +81,12 @@ def flattened(clip: Clip, still: int) -> Clip:
         clip = _pitched(clip, {"spine1": 0.5 * chest_up, "spine2": 0.5 * chest_up}, weight)
         clip = _pitched(clip, {"neck": 0.4 * head_up, "head": 0.2 * head_up}, weight)
     return clip
+
+
+def _chest(clip: Clip) -> np.ndarray:
+    """Cosine (T,) between the chest and the vertical."""
+    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
+    return rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 1]
 
 
 def _lowest(clip: Clip, still: int) -> dict[str, float]:
