@@ -9,8 +9,9 @@ from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.postures import SEAT_TO_PELVIS
 from samp_blender.training.mocap import FPS
-from samp_blender.training.motion import augment, checks, natural, sits
+from samp_blender.training.motion import augment, checks, events, natural, sits
 from samp_blender.training.motion.runs import RunComposer
+from samp_blender.training.motion.stitch import WalkIndex
 from test_motion_data import clip
 from test_samp import box
 
@@ -131,3 +132,41 @@ def test_runs_are_joined_from_a_stand_to_a_stand():
     for run in runs:
         assert run.labels[0] == run.labels[-1] == "idle" and (run.labels == "run").sum() > 25
         assert np.linalg.norm(np.diff(run.root, axis=0), axis=-1).max() * FPS < 4.0, "no jump at a join"
+
+
+def captured_sit(count=160):
+    """Walks up along -Z, turned to face +Z by then, sits down on a seat of 0.45 m, and stays."""
+    made = clip(count, label="walk", pose=())
+    down, seated = 80, 100
+    sink = np.clip((np.arange(count) - down) / (seated - down), 0, 1)
+    root = made.root.copy()
+    root[:, 1] = 0.93 - sink * (0.93 - 0.45 - SEAT_TO_PELVIS)
+    root[:, 2] = 1.5 * np.clip(1 - np.arange(count) / down, 0, 1) + 0.2 * (1 - sink)
+    bend = np.radians(85) * sink
+    for side in ("left", "right"):
+        for name, sign in (("hip", -1), ("knee", 1)):
+            made.rotations[:, JOINTS[f"{side}_{name}"]] = np.stack(
+                [np.cos(bend / 2), sign * np.sin(bend / 2), 0 * bend, 0 * bend], -1
+            )
+    labels = np.array(["walk"] * down + ["sit_down"] * (seated - down) + ["sit"] * (count - seated))
+    return replace(made, root=root, labels=labels)
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_a_captured_sit_is_carried_to_a_piece_of_its_height(plain):
+    (event,) = events.sit_events(captured_sit())
+    goal = Goal(np.array([0.0, 0.45 + SEAT_TO_PELVIS, 0.0]), np.array([0.0, 0, 1]))
+    seat = box((-0.3, 0.4, -0.4), (0.3, 0.45, 0.1))
+    fits = sits.Furnishing(0, sample_surface(seat, 6000, seed=0)[0], [goal])
+    high = replace(goal, position=goal.position + [0, 0.3, 0])
+    too_high = sits.Furnishing(1, sample_surface(seat + [0, 0.3, 0], 6000, seed=0)[0], [high])
+    walks = WalkIndex([clip(60, velocity=(0, 0, 1.0))])
+    composer = sits.Composer([fits, too_high], walks, seed=0, plain=plain)
+    made = [composer.compose(event) for _ in range(8)]
+    kept = [one for one in made if one is not None]
+    assert len(kept) == composer.report["kept"] >= 4, composer.report
+    for one in kept:
+        assert one.piece == 0 and one.labels[-1] == "sit"
+        assert np.allclose(one.goal[-1, :3], one.root[-1], atol=0.03), "the goal is where the pelvis sits"
+    lengths = {len(one) for one in kept}
+    assert (len(lengths) == 1) == plain, "only augmented ones differ in pace"

@@ -208,8 +208,8 @@ class Composer:
 
     def _seats_of_one_height(self, event: SitEvent, most: int = 12) -> list[tuple[Furnishing, Goal]]:
         """Seats within reach of the event's lift: a random one, and others within two centimetres of its height."""
-        most = 0.02 if self.plain else MOST_LIFT
-        fits = np.flatnonzero(np.abs(self.heights - event.pelvis[1]) < most)
+        lift = 0.02 if self.plain else MOST_LIFT
+        fits = np.flatnonzero(np.abs(self.heights - event.pelvis[1]) < lift)
         if not len(fits):
             return []
         first = self.rng.choice(fits)

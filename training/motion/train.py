@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from ...models import state
 from ...models.baselines import NETWORKS
 from ...models.motion_net import COURSE
 from . import dataset
+from .schedule import Schedule
 
 SHARES = {"sit": 0.40, "lie": 0.17, "walk": 0.19, "stroll": 0.08, "run": 0.10, "idle": 0.06}
 WINDOW = 60  # frames of a rollout, L of section B.3
@@ -36,31 +36,6 @@ OWN_PATH = (0.4, 1.4)  # metres
 ALWAYS_OWN = 0.15
 LATEST = 6  # frames that a rollout may be early or late
 STAY = 0.9  # by which the frame after has to be farther off than its neighbours to be left for one of them
-
-
-@dataclass
-class Schedule:
-    """What is trained and how: P of equation 5 and the learning rate, over the share of training done."""
-
-    steps: int
-    rate: float
-    sampling_from: float
-    sampling_to: float
-    least_truth: float
-    kl_weight: float
-    prior_share: float
-    network: str = "motion_net"
-    sees_object: bool = True
-
-    def keep_truth(self, step: int) -> float:
-        """Probability that the true state, not the prediction, is the next input."""
-        done = step / self.steps
-        falling = 1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from)
-        return float(np.clip(falling, self.least_truth, 1))
-
-    def learning_rate(self, step: int) -> float:
-        """Linear warm-up over 300 steps, then linear decay."""
-        return self.rate * min(1.0, (step + 1) / 300) * max(0.02, 1 - step / self.steps)
 
 
 class Trainer:
