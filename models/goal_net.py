@@ -39,6 +39,8 @@ class GoalNet(nn.Module):
         self.interaction_encoder = _layers(OBJECT, 512, 512, OBJECT_CODE)
         self.encoder = _layers(condition + GOAL, HIDDEN, HIDDEN, 2 * LATENT)
         self.decoder = _layers(condition + LATENT, HIDDEN, HIDDEN, GOAL)
+        # Standard deviation of z when goals are drawn, for each action; fitted after training.
+        self.register_buffer("temperature", torch.ones(len(ACTIONS)))
 
     def condition(self, features: torch.Tensor, action: torch.Tensor) -> torch.Tensor:
         """Code (B, 66) of objects (B, 2048) and actions (B,), indices into ACTIONS."""
@@ -54,6 +56,11 @@ class GoalNet(nn.Module):
     def decode(self, condition: torch.Tensor, z: torch.Tensor) -> torch.Tensor:
         """Goals (B, 6) for z (B, 3): position in metres, direction as predicted, about unit length."""
         return _to_metres(self.decoder(torch.cat([condition, z], dim=1)))
+
+    def draw(self, condition: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:
+        """Goals (B, 6) on objects (B, 66) for standard normal noise (B, 3)."""
+        action = condition[:, -len(ACTIONS) :].argmax(1)
+        return self.decode(condition, noise * self.temperature[action, None])
 
     def forward(
         self, features: torch.Tensor, action: torch.Tensor, goal: torch.Tensor

@@ -110,7 +110,7 @@ def _network_samples(grid: InteractionGrid, action: str, count: int, seed: int) 
             # One row at a time, so that goal k of a seed does not depend on how many are asked for.
             for _ in range(count + 4):
                 z = torch.randn(1, goal_net.LATENT, generator=generator)
-                goal = net.decode(condition, z)[0].double().numpy()
+                goal = net.draw(condition, z)[0].double().numpy()
                 facing = goal[3:] @ to_world * [1.0, 0.0, 1.0]
                 length = np.linalg.norm(facing)
                 if length > 0.2:

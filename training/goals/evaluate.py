@@ -34,7 +34,7 @@ def evaluate(net: goal_net.GoalNet, objects: list[LabelledObject], seed: int = 0
             true.append(one.goals)
             rebuilt.append(net.decode(condition.expand(len(goals), -1), mean).numpy())
             z = torch.randn(GOALS_EACH, goal_net.LATENT, generator=generator)
-            drawn.append(net.decode(condition.expand(GOALS_EACH, -1), z).numpy())
+            drawn.append(net.draw(condition.expand(GOALS_EACH, -1), z).numpy())
             labels.append(one.goals[rng.choice(len(one.goals), GOALS_EACH, p=one.weights)])
     everything, again = np.concatenate(true), np.concatenate(rebuilt)
     many, picked = np.stack(drawn), np.stack(labels)
