@@ -123,6 +123,19 @@ def test_a_failed_attempt_is_made_again_with_other_noise(room):
     assert len(set(tried)) == 2
 
 
+@pytest.mark.parametrize("sunk, attempts", [(0.15, 2), (0.05, 1)])
+def test_who_stoops_at_the_end_of_a_walk_tries_again(room, sunk, attempts):
+    depths = iter([sunk, 0.0])
+
+    def stooping(requests, progress):
+        motion = fakes.generate(requests)[0]
+        return [replace(motion, root=motion.root - [0, next(depths), 0])]
+
+    job = Job(action="walk", target="Sofa")
+    take = synthesise(job, situation(room), tools=Tools(fakes.sample_goals, stooping))[0][0]
+    assert take.attempts == attempts
+
+
 def test_a_take_beside_its_goal_is_made_again_and_the_nearest_one_kept(room):
     distances = iter([1.0, 0.5, 0.8])
 

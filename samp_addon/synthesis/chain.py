@@ -40,6 +40,9 @@ MOST_AT_ONCE = 32
 ATTEMPTS = 3
 """A take that fails is tried again with other noise and, another place on the target."""
 
+MOST_STOOP = 0.09
+"""Metres that the pelvis may end lower than in standing on straight legs."""
+
 _NEXT_ATTEMPT = 1_000_003  # added to the seed: far from the seeds that an artist counts through
 
 Progress = Callable[[str, float], None]
@@ -159,16 +162,18 @@ def synthesise(
                     reasons.setdefault(seed, str(result))
                 elif seed not in best or _error(result) < _error(best[seed]):
                     best[seed] = result
-        waiting = [
-            seed
-            for seed in waiting
-            if seed not in best or not metrics.success(best[seed].motion, best[seed].goal)
-        ]
+        waiting = [seed for seed in waiting if seed not in best or not _arrived(best[seed])]
         if not waiting:
             break
     progress("Done", 1.0)
     takes = [replace(best[seed], seconds=clock.seconds) for seed in seeds if seed in best]
     return takes, [Failure(seed, reasons[seed]) for seed in seeds if seed not in best]
+
+
+def _arrived(take: Take) -> bool:
+    """Whether a take is on its goal, and who walked there stands upright: some captured people stoop at the end."""
+    stooping = take.goal.action not in SEATED and take.motion.root[-1, 1] < take.goal.position[1] - MOST_STOOP
+    return metrics.success(take.motion, take.goal) and not stooping
 
 
 def end_of(take: Take) -> tuple[np.ndarray, float]:
