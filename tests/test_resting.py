@@ -133,3 +133,18 @@ def test_who_sits_on_the_edge_has_their_shins_before_it(deep):
     assert joint(mended, "pelvis")[FRAMES // 2, 2] == pytest.approx(motion.root[0, 2] + deep + 0.06, abs=0.04)
     outside = top(box((-1.0, 0.0, -0.8), (1.0, MATTRESS, shin - 0.1)), goal)
     assert np.allclose(outside.cleared(motion, row(goal)).root[:, 2], motion.root[:, 2])
+
+
+def test_a_hanging_leg_beside_the_bed_is_left_as_it_is():
+    # One knee is put onto the mattress in the last frames; while the body stands before, nothing moves.
+    standing = held(LIE, HANGING, (0.9, 0.3, 0))
+    root = standing.root.copy()
+    root[30:, 1] -= 0.32
+    root[30:, 0] -= 0.75
+    rotations = standing.rotations.copy()
+    rotations[30:] = turned(LYING)
+    motion = Motion(root, rotations)
+    mended = top(BED, LIE).cleared(motion, row(LIE))
+    before, after = (m.forward_kinematics()[0][:10] for m in (motion, mended))
+    assert np.abs(mended.rotations[36] - motion.rotations[36]).max() > 1e-3, "or there is nothing to mend"
+    assert np.abs(after - before).max() < 2e-3

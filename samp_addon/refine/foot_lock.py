@@ -18,7 +18,8 @@ HEEL_BACK = 0.045  # from the ankle joint to the heel, metres
 TOE_AHEAD = 0.06  # from the ball joint to the tip of the toes, metres
 CLEARANCE = 0.032  # metres between the sole of a swinging foot and the floor
 FULL_STEP = 0.25  # metres of way from which a step has all of the clearance; shorter ones have less
-RISE = 4.0  # frames at 30 fps in which a foot gets there, and comes down again
+LOW = 0.01  # metres of wanted clearance under which a lift fades out
+RISE = 5.0  # frames at 30 fps in which a foot gets there, and comes down again
 UNLOCK_RADIUS = 0.12  # a foot that drifts further than this in one stance has really stepped
 SWING_SPEED = 0.45  # m/s: a faster foot is in the air, whatever its label says
 STEP_TIME = 0.3  # seconds that a foot takes from one lock to the next within one spell of contact
@@ -96,7 +97,7 @@ def _clearance(ball: np.ndarray, stances: list[tuple[int, int]], fps: float) -> 
             continue
         way = np.linalg.norm(ball[after, [0, 2]] - ball[before - 1, [0, 2]])
         t = np.arange(1, swing + 1)
-        rise = min(RISE * fps / 30, swing / 3)
+        rise = min(RISE * fps / 30, swing / 2.5)
         profile = smoothstep(np.minimum(t, swing + 1 - t) / (rise + 1))
         height[before:after] = CLEARANCE * min(1.0, way / FULL_STEP) * profile
     return height
@@ -160,10 +161,10 @@ def _corrections(motion: Motion, foot: _Foot, floor: np.ndarray) -> tuple[np.nda
         standing[start:stop] = True
     offset = _spread(offset, stances, blend)
     toes = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1] - floor
-    lowest = np.minimum(lowest, np.where(standing, lowest, toes))
     wanted = _clearance(positions[:, foot.ball] + offset, stances, motion.fps)
-    lift = np.maximum(wanted - lowest - offset[:, 1], 0.0)
-    lift = np.where(standing, 0.0, gaussian_filter1d(lift, motion.fps / 30, mode="nearest"))
+    lift = np.maximum(wanted - np.minimum(lowest, toes) - offset[:, 1], 0.0)
+    # Smoothed, a lift would reach into the stances beside it.
+    lift = gaussian_filter1d(lift, 1.5 * motion.fps / 30, mode="nearest") * np.minimum(wanted / LOW, 1.0)
     offset[:, 1] = np.where(standing, offset[:, 1], np.maximum(offset[:, 1] + lift, -lowest))
     return offset, standing
 

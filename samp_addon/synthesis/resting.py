@@ -42,6 +42,7 @@ SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limb
 SHIN = 0.05  # metres from the middle of a shin to its skin
 MOST_BESIDE = 0.3  # metres by which a body keeps off
 GIVE = 0.015  # metres that flesh and cushion give way under the pelvis
+UNSURE = 0.03  # metres moved at which half of a bone's direction over the floor is its own
 REACH = 1.3  # metres on the floor around the goal in which limbs are looked after
 
 
@@ -223,10 +224,15 @@ def turned(motion: Motion, upper: str, end: np.ndarray, way: np.ndarray, evenly:
     way[:, [0, 2]] = gaussian_filter1d(way[:, [0, 2]], evenly, axis=0, mode="nearest")
     bone = end - positions[:, a]
     length = np.linalg.norm(bone, axis=-1)
-    # The height is reached exactly, as far as the bone's length allows; the rest of the bone keeps its direction.
-    rise = np.clip(bone[:, 1] + way[:, 1], -0.98 * length, 0.98 * length)
+    # The height is reached exactly as far as the bone's length allows; one that is upright already stays.
+    most = np.maximum(0.98 * length, np.abs(bone[:, 1]))
+    rise = np.clip(bone[:, 1] + way[:, 1], -most, most)
     flat = (bone + way)[:, [0, 2]]
-    flat *= (np.sqrt(length**2 - rise**2) / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
+    # Bones that hang or stand have no direction over the floor of their own; theirs comes from before and after.
+    share = (np.linalg.norm(way, axis=-1) / (np.linalg.norm(way, axis=-1) + UNSURE))[:, None]
+    flat = flat + share * (gaussian_filter1d(flat, 1.5 * evenly, axis=0, mode="nearest") - flat)
+    room = np.sqrt(np.maximum(length**2 - rise**2, 0.0))
+    flat *= (room / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
     about = rotation.between(bone, np.stack([flat[:, 0], rise, flat[:, 1]], -1))
     parent = globals_[:, skeleton.PARENTS[a]]
     rotations = motion.rotations.copy()

@@ -10,7 +10,7 @@ from ..look import cut, look
 from .takes import Results
 
 BEFORE = 2.5  # seconds drawn of the way before somebody sits or lies down
-TILES = 15
+TILES = 12
 
 
 def draw(action: str, results: Results, folder: Path, count: int, seed: int = 0) -> list[Path]:
