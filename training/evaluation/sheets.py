@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...samp_addon.job import SEATED
 from ..look import cut, look
 from .takes import Results
 
@@ -27,6 +28,7 @@ def draw(action: str, results: Results, folder: Path, count: int, seed: int = 0)
                 folder / f"{action}_{k:03d}.png",
                 triangles=results.furniture[k],
                 count=TILES,
+                follow=action not in SEATED,
                 size=(280, 240),
             )
         )
