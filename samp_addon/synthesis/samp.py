@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 ARRIVED = 0.2  # metres from the goal
 STILL = 0.25  # m/s of the pelvis: a seated body still shifts
+SINKING = 0.06  # m/s of the pelvis' height: who still sinks or rises does not sit yet
 PACES = {"walk": 1.15, "run": 2.4}  # m/s on a free stretch
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
@@ -127,13 +128,14 @@ class _Take:
         root: np.ndarray,
         pelvis: np.ndarray,
         speed: float,
+        sinking: float,
         weights: np.ndarray,
         upright: float,
         frame: int,
     ) -> None:
         """Passes way-points, and counts the frames in which the action is being held at the goal.
 
-        upright: cosine between the chest and the vertical.
+        speed, sinking: m/s of the pelvis and of its height. upright: cosine between the chest and the vertical.
         """
         self.travelled = self.route.project(root, self.travelled)
         # A plan made afresh from standing still says "soon" in every frame, and nobody ever sets off: the wish to be
@@ -153,7 +155,8 @@ class _Take:
         action = int(np.argmax(goal[6:]))
         radius = (2.0 if action == 0 else 1.5) * ARRIVED
         near = np.hypot(pelvis[0] - goal[0], pelvis[2] - goal[2]) < radius
-        settled = self.number == last and near and speed < STILL and (action == 0 or weights[action] > 0.6)
+        there = action == 0 or (weights[action] > 0.6 and sinking < SINKING)
+        settled = self.number == last and near and speed < STILL and there
         if action == ACTIONS.index("lie"):
             settled &= upright < RECLINED
         self.held += int(settled)
@@ -274,7 +277,8 @@ def _update(takes: list[_Take], recorded: dict[str, list[np.ndarray]], frame: in
     span = max(min(len(recorded["pelvis"]) - 1, 5), 1) / FPS
     for k, take in enumerate(takes):
         speed = float(np.linalg.norm(pelvis[k] - back[k])) / span
-        take.update(roots[k, :2], pelvis[k], speed, weights[k], upright[k], frame)
+        sinking = float(abs(pelvis[k, 1] - back[k, 1])) / span
+        take.update(roots[k, :2], pelvis[k], speed, sinking, weights[k], upright[k], frame)
 
 
 def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:
