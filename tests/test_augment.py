@@ -104,7 +104,7 @@ def test_who_lies_in_a_mattress_is_found_out(height, why):
     surface, _ = sample_surface(bed, 8000, seed=0)
     lying = clip(30, root=(0.0, height, 0.0), pose=(("pelvis", -90),), label="lie")
     piece = sits.Furnishing(0, surface, [])
-    assert sits.sunk(lying, piece, (0.0, 0.0, 0.0), np.ones(30, bool), 0.5) == why
+    assert sits.sunk(lying, piece, (0.0, 0.0, 0.0), 0.5) == why
 
 
 def jogging(count, phase, speed, labels):

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from .. import rotation, skeleton
 from ..easing import smoothstep
 from ..motion import CONTACTS, Motion
-from .inverse_kinematics import STRETCH, solve_limb
+from .inverse_kinematics import STRETCH, at_height, solve_limb
 
 BALL_HEIGHT = 0.0276  # of the ball joint over the sole, default human, metres
 HEEL_BACK = 0.045  # from the ankle joint to the heel, metres
@@ -200,11 +200,8 @@ def _bent_toes(
     if not sinks.any():
         return rotations
     toes = tip - positions[:, foot.ball]
-    length = np.linalg.norm(toes, axis=-1)
-    height = np.minimum(toes[:, 1] + sinks, 0.98 * length)
-    flat = toes[:, [0, 2]]
-    flat = flat * (np.sqrt(length**2 - height**2) / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
-    raised = np.stack([flat[:, 0], height, flat[:, 1]], -1)
+    height = np.minimum(toes[:, 1] + sinks, 0.98 * np.linalg.norm(toes, axis=-1))
+    raised = at_height(toes, height, toes[:, [0, 2]])
     bend = rotation.multiply(rotation.between(toes, raised), globals_[:, foot.ball])
     rotations = rotations.copy()
     rotations[:, foot.ball] = rotation.multiply(rotation.conjugate(globals_[:, foot.ankle]), bend)

@@ -47,6 +47,14 @@ def solve_limb(
     return out
 
 
+def at_height(bone: np.ndarray, height: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    """Bones (T, 3) as long as before whose ends are at a height (T,) over their starts, metres, and which point along
+    flat (T, 2) over the floor."""
+    room = np.sqrt(np.maximum(np.linalg.norm(bone, axis=-1) ** 2 - height**2, 0.0))
+    flat = flat * (room / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
+    return np.stack([flat[:, 0], height, flat[:, 1]], -1)
+
+
 def _bend(
     axis: np.ndarray,
     reach: np.ndarray,

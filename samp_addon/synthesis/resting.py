@@ -14,13 +14,13 @@ from scipy.ndimage import (
     distance_transform_edt,
     gaussian_filter1d,
     maximum_filter,
-    maximum_filter1d,
     minimum_filter,
 )
 
 from .. import rotation, skeleton
-from ..easing import smoothstep
+from ..easing import early, smoothstep
 from ..motion import Goal, Motion
+from ..refine.inverse_kinematics import at_height
 from ..scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
 
 CELL = 0.03
@@ -98,13 +98,7 @@ class RestingTop:
     def _ways_out(self) -> np.ndarray:
         """For heights LEVEL apart from WALL over the seat up: the nearest cell (K, 2, X, Z) that is not higher."""
         levels = self.level + np.arange(WALL, HEADROOM, LEVEL)
-        padded = (np.pad(self.heights > level, 1) for level in levels)
-        return np.array(
-            [
-                distance_transform_edt(solid, return_distances=False, return_indices=True)[:, 1:-1, 1:-1] - 1
-                for solid in padded
-            ]
-        )
+        return np.array([_nearest_free(self.heights > level) for level in levels])
 
     def aside(self, joint: np.ndarray, thick: float) -> np.ndarray:
         """Way (T, 2) over the floor, metres, by which a joint (T, 3) comes out of a wall that it is in."""
@@ -124,8 +118,8 @@ class RestingTop:
         if self.action == "lie":
             motion = self._on_top(self._beside(motion, near), near)
         for upper, lower, thick in BONES[self.action]:
-            for side in ("",) if upper in skeleton.INDEX else ("right_", "left_"):
-                sideways = upper not in skeleton.INDEX
+            sideways = upper not in skeleton.INDEX  # the trunk's bones have no sides and stay in their middle
+            for side in ("right_", "left_") if sideways else ("",):
                 motion = self._out(motion, side + upper, side + lower, thick, near, sideways)
         return motion
 
@@ -147,7 +141,7 @@ class RestingTop:
         mean = (out * distance[:, None]).sum(0)
         mean /= max(float(np.linalg.norm(mean)), 1e-9)
         far = np.maximum(out @ mean, 0.0)
-        far = gaussian_filter1d(maximum_filter1d(far, 2 * SOONER), 1.5 * EVENLY, mode="nearest")
+        far = early(far, 2 * SOONER, 1.5 * EVENLY)
         return replace(motion, root=motion.root + far[:, None] * np.array([mean[0], 0.0, mean[1]]))
 
     def _out_of_the_side(self, point: np.ndarray) -> np.ndarray:
@@ -163,8 +157,7 @@ class RestingTop:
     @cached_property
     def _ways_beside(self) -> np.ndarray:
         """The nearest cell (2, X, Z) that is not on the piece."""
-        solid = np.pad(self.heights > self.low, 1)
-        return distance_transform_edt(solid, return_distances=False, return_indices=True)[:, 1:-1, 1:-1] - 1
+        return _nearest_free(self.heights > self.low)
 
     def _on_top(self, motion: Motion, near: np.ndarray) -> Motion:
         """The motion whose pelvis, sitting on the edge or lying, is not lower than buttocks or back allow."""
@@ -174,7 +167,7 @@ class RestingTop:
         missing = np.where(near, _within_reason(self.missing(motion.root, thick)), 0.0)
         if not missing.any():
             return motion
-        lift = gaussian_filter1d(maximum_filter1d(missing, SOONER), EVENLY, mode="nearest")
+        lift = early(missing, SOONER, EVENLY)
         return replace(motion, root=motion.root + lift[:, None] * np.array([0.0, 1.0, 0.0]))
 
     def _out(
@@ -192,8 +185,14 @@ class RestingTop:
             up, away = np.where(rather_up | (distance == 0), up, 0.0), np.where(rather_up[:, None], 0.0, away)
         if not (up.any() or away.any()):
             return motion
-        up = gaussian_filter1d(maximum_filter1d(up, SOONER), EVENLY, mode="nearest")
+        up = early(up, SOONER, EVENLY)
         return turned(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]), EVENLY)
+
+
+def _nearest_free(solid: np.ndarray) -> np.ndarray:
+    """For each cell of a grid (X, Z) the nearest one (2, X, Z) that is not solid; all around the grid is free."""
+    found = distance_transform_edt(np.pad(solid, 1), return_distances=False, return_indices=True)
+    return found[:, 1:-1, 1:-1] - 1
 
 
 def _within_reason(missing: np.ndarray) -> np.ndarray:
@@ -231,9 +230,7 @@ def turned(motion: Motion, upper: str, end: np.ndarray, way: np.ndarray, evenly:
     # Bones that hang or stand have no direction over the floor of their own; theirs comes from before and after.
     share = (np.linalg.norm(way, axis=-1) / (np.linalg.norm(way, axis=-1) + UNSURE))[:, None]
     flat = flat + share * (gaussian_filter1d(flat, 1.5 * evenly, axis=0, mode="nearest") - flat)
-    room = np.sqrt(np.maximum(length**2 - rise**2, 0.0))
-    flat *= (room / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
-    about = rotation.between(bone, np.stack([flat[:, 0], rise, flat[:, 1]], -1))
+    about = rotation.between(bone, at_height(bone, rise, flat))
     parent = globals_[:, skeleton.PARENTS[a]]
     rotations = motion.rotations.copy()
     rotations[:, a] = rotation.multiply(rotation.conjugate(parent), rotation.multiply(about, globals_[:, a]))

@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from .. import skeleton
+from ..easing import early
 from ..motion import Goal, Motion
 from ..refine.inverse_kinematics import solve_limb
 from ..scene.postures import SEAT_TO_PELVIS
@@ -79,7 +79,7 @@ class SeatFront:
             forward = np.where(near, self._missing(knee, ankle, goal), 0.0)
             if not forward.any():
                 continue
-            forward = gaussian_filter1d(maximum_filter1d(forward, SOONER), EVENLY, mode="nearest")
+            forward = early(forward, SOONER, EVENLY)
             target = ankle + forward[:, None] * facing
             rotations = solve_limb(motion.root, rotations, motion.rest_joints, f"{side}_leg", target)
         return replace(motion, rotations=rotations)

@@ -39,7 +39,7 @@ def real_motion(folder: Path, action: str) -> list[Motion]:
 
 
 def spell(motion: Motion, action: str) -> Motion:
-    """The part of a walk or run in which it goes on, from the first to the last quick frame; of others, all."""
+    """The part of a walk or run in which it goes on, its longest quick stretch; of others, all."""
     if action not in GOING:
         return motion
     speed = np.linalg.norm(np.gradient(motion.root[:, [0, 2]], 1 / motion.fps, axis=0), axis=-1)

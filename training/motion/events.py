@@ -46,6 +46,12 @@ def headings(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     return np.arctan2(-across[:, 2], across[:, 0])
 
 
+def uprightness(clip: Clip, joint: str = "spine3") -> np.ndarray:
+    """Cosine (T,) between a joint's own up, the chest's if no other is named, and the vertical."""
+    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
+    return rotation.quaternion_to_matrix(turned[:, skeleton.INDEX[joint]])[..., 1, 1]
+
+
 def sit_events(clip: Clip) -> list[SitEvent]:
     """All sits of a clip that begin with sitting down."""
     if clip.name.removesuffix("_mirror") in NOT_ON_A_SEAT:

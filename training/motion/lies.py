@@ -17,7 +17,7 @@ from .checks import fault
 from .events import SitEvent, headings
 from .recline import Recline, laid, softened, swing
 from .sequence import Sequence
-from .sits import Furnishing, collides, lifted, placement, sunk
+from .sits import Furnishing, collides, lifted, of_one_height, placement, sunk
 from .walks import by_way_point, way_points
 
 DEEPEST = 0.75  # metres from the lying pelvis to the edge: nobody scoots further
@@ -116,9 +116,8 @@ class LieComposer:
         why = collides(whole, piece, place, near)
         if why in ("walks into it", "stands in it"):
             return self._dropped(why)
-        lying = np.zeros(len(whole), bool)
-        lying[frames["seated"] + len(down) // 3 : frames["seated"] + len(down)] = True
-        why = fault(whole) or sunk(whole, piece, place, lying, edge.mattress)
+        lying = whole.cut(frames["seated"] + len(down) // 3, frames["seated"] + len(down))
+        why = fault(whole) or sunk(lying, piece, place, edge.mattress)
         if why is not None:
             return self._dropped(why)
         self.report["kept"] += 1
@@ -127,9 +126,7 @@ class LieComposer:
     def _places_of_one_height(self) -> list[tuple[Furnishing, Edge]]:
         """A random place, and others within two centimetres of its height."""
         first = self.rng.integers(len(self.places))
-        alike = np.flatnonzero(np.abs(self.mattresses - self.mattresses[first]) < 0.02)
-        others = self.rng.permutation(alike[alike != first])[: MOST_PLACES - 1]
-        return [self.places[k] for k in (first, *others)]
+        return [self.places[k] for k in of_one_height(self.mattresses, first, MOST_PLACES, self.rng)]
 
     def _free_place(
         self, places: list[tuple[Furnishing, Edge]], clip: Clip, frames: dict[str, int]

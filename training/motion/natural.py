@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import binary_dilation, uniform_filter1d
 
-from ...samp_addon import rotation, skeleton
 from ...samp_addon.frames import wrapped
 from ..mocap import FPS, Clip
-from .events import headings, label_runs
+from .events import headings, label_runs, uprightness
+from .posture import UPRIGHT
 
 # Subjects of the CMU database who act a style (drunk, gangly, heavy, sneaking), clips of the same kind, and one whose
 # knees the retargeting bends in every step.
@@ -19,7 +19,6 @@ ASTRAY = np.radians(50)  # between the way that a body goes and the way that it 
 MOVING = 0.35  # m/s
 SPELL = 8  # frames
 BRISK = 0.85  # m/s, median of the frames labelled as walking
-UPRIGHT = ("walk", "idle", "shift")
 CROUCHED = 0.83  # metres of the pelvis over the floor: lower ones bend down for something
 BOWED = np.cos(np.radians(38.0))  # between the chest and the vertical
 BOW = 6  # frames before and after that are not learnt either
@@ -50,9 +49,7 @@ def astray_marked(clip: Clip) -> Clip:
 
 def bending(clip: Clip) -> np.ndarray:
     """Flags (T,) of frames in which somebody who walks or stands crouches or bows, to pick something up or to jump."""
-    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
-    chest = rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 1]
-    bends = np.isin(clip.labels, UPRIGHT) & ((clip.root[:, 1] < CROUCHED) | (chest < BOWED))
+    bends = np.isin(clip.labels, UPRIGHT) & ((clip.root[:, 1] < CROUCHED) | (uprightness(clip) < BOWED))
     return binary_dilation(bends, np.ones(2 * BOW + 1))
 
 

@@ -18,7 +18,7 @@ from ...samp_addon.frames import wrapped
 from ...samp_addon.motion import Motion
 from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ..mocap import Clip
-from .events import headings, turned
+from .events import headings, turned, uprightness
 
 # Captured reclines: from sitting on the floor, legs in front, to the end of lying still.
 CAPTURED = {"111_12": (215, 403), "113_08": (88, 300)}
@@ -31,10 +31,8 @@ LEGS = [
 LEGS_UNTIL, TURN_FROM = 0.65, 0.12  # shares of the swing: legs are up by then, the turn begins then
 LEAN = np.radians(14.0)  # backwards, in the middle of the swing
 SOFTEN = 2.0  # frames, over both ends of the swing
-CHEST_LEVER, HEAD_LEVER = (
-    0.30,
-    0.20,
-)  # metres from spine1 to where the back lies, from the neck to the skull's
+CHEST_LEVER = 0.30  # metres from spine1 to where the back lies
+HEAD_LEVER = 0.20  # metres from the neck to where the skull lies
 SKULL_OVER = 0.07  # metres of the skull over the buttocks: mattresses have pillows more often than not
 ANKLE_OVER = 0.075  # metres of an ankle over the mattress that its heel lies on
 
@@ -60,7 +58,7 @@ def reclines(clips: list[Clip]) -> list[Recline]:
         if span is None:
             continue
         part = clip.cut(*span)
-        still = int(np.flatnonzero(_chest(part) > FLAT)[-1]) + 1
+        still = int(np.flatnonzero(uprightness(part) > FLAT)[-1]) + 1
         found.append(Recline(flattened(part, still), still))
     return found
 
@@ -71,9 +69,8 @@ def flattened(clip: Clip, still: int) -> Clip:
     The captured people lay on a hard floor, but retargeting and the neutral posture (posture.py) have bent their
     trunks, so that the chest would be 4 cm deep in a mattress that just carries the buttocks.
     """
-    weight = smoothstep(
-        (np.cos(np.radians(25)) - _chest(clip)) / (np.cos(np.radians(25)) - np.cos(np.radians(70)))
-    )
+    upright, reclined = np.cos(np.radians([25, 70]))
+    weight = smoothstep((upright - uprightness(clip)) / (upright - reclined))
     for _ in range(6):
         low = _lowest(clip, still)
         chest_up = (low["pelvis"] - low["spine3"]) / CHEST_LEVER
@@ -81,12 +78,6 @@ def flattened(clip: Clip, still: int) -> Clip:
         clip = _pitched(clip, {"spine1": 0.5 * chest_up, "spine2": 0.5 * chest_up}, weight)
         clip = _pitched(clip, {"neck": 0.4 * head_up, "head": 0.2 * head_up}, weight)
     return clip
-
-
-def _chest(clip: Clip) -> np.ndarray:
-    """Cosine (T,) between the chest and the vertical."""
-    _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
-    return rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 1]
 
 
 def _lowest(clip: Clip, still: int) -> dict[str, float]:

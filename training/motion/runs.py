@@ -82,13 +82,11 @@ class RunComposer:
         choices = []
         for d, k in zip(distance, near, strict=True):
             clip, first = self.where[k]
-            # The piece ends with the run it belongs to, or somewhere in it.
-            stretch = self._stretch(clip, first)
-            if d > ALIKE or (clip, first) == (number, frame) or clip == number:
+            if d > ALIKE or clip == number:
                 continue
-            if last and clip in self.stops and (self.clips[clip].labels[first:] != "run").any():
+            if last and clip in self.stops:
                 choices.append((clip, first, len(self.clips[clip]) - 1))
-            elif not last and stretch - first >= SHORTEST:
+            elif not last and (stretch := self._stretch(clip, first)) - first >= SHORTEST:
                 choices.append((clip, first, stretch))
         return choices[self.rng.integers(len(choices))] if choices else None
 

@@ -80,11 +80,9 @@ def _probe_points(clip: Clip, place: tuple[float, float, float]) -> np.ndarray:
     return rotation.rotate(np.broadcast_to(rotation.about_y(-place[2]), (*away.shape[:2], 4)), away)
 
 
-def sunk(
-    clip: Clip, piece: Furnishing, place: tuple[float, float, float], lying: np.ndarray, mattress: float
-) -> str | None:
-    """Why a body that lies on a piece does not fit its surface, or None. lying: (T,) flags; mattress: its height."""
-    local = _probe_points(clip.cut(*_span(lying)), place)[::4]
+def sunk(lying: Clip, piece: Furnishing, place: tuple[float, float, float], mattress: float) -> str | None:
+    """Why a body that lies on a piece all along does not fit its surface, or None. mattress: its height."""
+    local = _probe_points(lying, place)[::4]
     top = piece.surface[np.abs(piece.surface[:, 1] - mattress) < PILLOW]
     flat = local.reshape(-1, 3)
     near = cKDTree(top[:, [0, 2]]).query_ball_point(flat[:, [0, 2]], 0.06)
@@ -93,11 +91,6 @@ def sunk(
     if deep[:, 8:].any(1).mean() > 0.2:
         return "trunk in the mattress"
     return "limbs in the mattress" if deep[:, :8].any(1).mean() > 0.3 else None
-
-
-def _span(flags: np.ndarray) -> tuple[int, int]:
-    where = np.flatnonzero(flags)
-    return int(where[0]), int(where[-1]) + 1
 
 
 def collides(
@@ -146,6 +139,12 @@ def untouched(pelvis: np.ndarray, piece: Furnishing, place: tuple[float, float, 
         return "nothing under it"
     gap = -SEAT_TO_PELVIS - float(np.percentile(away[below, 1], 90))
     return "hovers over it" if gap > TOUCH else "sits too deep" if gap < -TOUCH else None
+
+
+def of_one_height(heights: np.ndarray, first: int, most: int, rng: np.random.Generator) -> list[int]:
+    """The index ``first`` and up to ``most`` - 1 random others within two centimetres of its height."""
+    alike = np.flatnonzero(np.abs(heights - heights[first]) < 0.02)
+    return [first, *rng.permutation(alike[alike != first])[: most - 1]]
 
 
 class Composer:
@@ -213,9 +212,7 @@ class Composer:
         if not len(fits):
             return []
         first = self.rng.choice(fits)
-        alike = np.flatnonzero(np.abs(self.heights - self.heights[first]) < 0.02)
-        chosen = [first, *self.rng.permutation(alike[alike != first])[: most - 1]]
-        return [self.seats[k] for k in chosen]
+        return [self.seats[k] for k in of_one_height(self.heights, first, most, self.rng)]
 
     def _excerpt(self, event: SitEvent) -> tuple[Clip, dict[str, int]]:
         """The event's own frames, from its approach to the end of the hold or of leaving."""
