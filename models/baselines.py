@@ -7,13 +7,13 @@ from torch import nn
 from torch.nn import functional
 
 from . import state
-from .motion_net import LATENT, OBJECT, OBJECT_CODE, MotionNet, three_layers
+from .motion_net import HIDDEN, LATENT, OBJECT, OBJECT_CODE, MotionNet, three_layers
 
 
 class PlainDecoder(nn.Module):
     """Figure S.4: the interaction encoder and four fully connected layers."""
 
-    def __init__(self, hidden: int = 512) -> None:
+    def __init__(self, hidden: int = HIDDEN) -> None:
         super().__init__()
         self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
         sizes = (state.SIZE + OBJECT_CODE, hidden, hidden, hidden, state.SIZE)
@@ -49,9 +49,9 @@ class _Deterministic(MotionNet):
 class Mlp(_Deterministic):
     """MLP of the paper's tables."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.decoder = PlainDecoder()
+    def __init__(self, hidden: int = HIDDEN) -> None:
+        super().__init__(hidden)
+        self.decoder = PlainDecoder(hidden)
 
 
 class MixtureOfExperts(_Deterministic):
@@ -59,3 +59,8 @@ class MixtureOfExperts(_Deterministic):
 
 
 NETWORKS: dict[str, type[MotionNet]] = {"motion_net": MotionNet, "mlp": Mlp, "moe": MixtureOfExperts}
+
+
+def hidden_width(tensors: dict[str, torch.Tensor]) -> int:
+    """Width of the prediction network that these weights are of."""
+    return tensors["decoder.layers.0.bias"].shape[-1]

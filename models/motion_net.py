@@ -14,6 +14,7 @@ LATENT = 64
 EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
+HIDDEN = 512  # width of the prediction network
 # Share of the present course (state.extrapolate) in the next state; the decoder tells the rest. All of it, and errors
 # would never die away; none of it, and thousands of steps of training go into repeating what is already known.
 COURSE = 0.75
@@ -53,7 +54,7 @@ class ExpertLayer(nn.Module):
 class Decoder(nn.Module):
     """Gating network and prediction network: z, the object's code and the state before give the next state."""
 
-    def __init__(self, size: int = state.SIZE, hidden: int = 512) -> None:
+    def __init__(self, size: int = state.SIZE, hidden: int = HIDDEN) -> None:
         super().__init__()
         self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
         self.gate = three_layers((LATENT + size, 512, 256, EXPERTS))
@@ -85,13 +86,13 @@ class MotionNet(nn.Module):
     frame is a thirtieth of a second, and most of what follows is already said.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, hidden: int = HIDDEN) -> None:
         super().__init__()
         self.state_encoder = three_layers((2 * state.SIZE, 512, 256, 256))
         self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
         self.mean = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.log_variance = nn.Linear(256 + OBJECT_CODE, LATENT)
-        self.decoder = Decoder()
+        self.decoder = Decoder(hidden=hidden)
         for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))

@@ -2,7 +2,7 @@
 
 import pytest
 import torch
-from samp_blender.models.baselines import NETWORKS
+from samp_blender.models.baselines import NETWORKS, hidden_width
 from samp_blender.models.motion_net import LATENT, OBJECT
 from samp_blender.models.state import SIZE
 
@@ -25,3 +25,9 @@ def test_the_mlp_is_four_layers_of_512():
     assert [(layer.in_features, layer.out_features) for layer in layers] == [
         (SIZE + 256, 512), (512, 512), (512, 512), (512, SIZE)
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+@pytest.mark.parametrize("hidden", [64, 512])
+def test_weights_tell_the_width_of_their_network(name, hidden):
+    assert hidden_width(NETWORKS[name](hidden).state_dict()) == hidden

@@ -197,3 +197,12 @@ def test_progress_stops_the_work_at_every_stage(room, stage):
 
     with pytest.raises(Stop):
         synthesise(SIT, situation(room), progress, fakes.TOOLS)
+
+
+def test_who_is_sent_into_an_obstacle_stands_beside_it(room):
+    piece = room.pieces[1]
+    place = np.array([piece.at[0], 0.0, piece.at[1]])
+    told = situation(room, target=None, parts=(), destination=(place, None))
+    take = synthesise(Job(action="walk", to=tuple(place)), told, tools=fakes.TOOLS)[0][0]
+    assert not any(other.covers(take.goal.position[None], 0.15).any() for other in room.pieces)
+    assert np.linalg.norm(take.goal.position[[0, 2]] - place[[0, 2]]) < 1.0

@@ -245,6 +245,9 @@ class _Chain:
             start, yaw = self._start(goal.position, rng) if before is None else end_of(before)
             plan = paths.plan_to_goal if seated else lambda mesh, a, b: paths.plan(mesh, a, b.position)
             waypoints = plan(self.mesh, start, goal).waypoints
+            if not seated:
+                # Who is sent into a table stands beside it.
+                goal = replace(goal, position=waypoints[-1])
             goal = _facing(goal, waypoints, yaw)
         return Request(
             start_position=waypoints[0] if before is None else _below_pelvis(before),

@@ -20,7 +20,8 @@ from scipy.ndimage import (
 from .. import rotation, skeleton
 from ..easing import early, smoothstep
 from ..motion import Goal, Motion
-from ..refine.inverse_kinematics import at_height
+from ..refine.foot_lock import sole_points, toe_tips
+from ..refine.inverse_kinematics import at_height, solve_limb
 from ..scene.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
 
 CELL = 0.03
@@ -30,18 +31,20 @@ HEADROOM = 0.55  # metres over the seat or mattress; what is higher is not touch
 ARMS = (("shoulder", "elbow", 0.04), ("elbow", "wrist", 0.035), ("wrist", "middle2", 0.02))
 BONES = {
     "sit": ARMS,
-    "lie": (("spine1", "spine3", 0.09), ("spine3", "head", 0.10), ("hip", "knee", 0.065), ("knee", "ankle", 0.065),
+    "lie": (("spine1", "spine3", 0.10), ("spine3", "head", 0.10), ("hip", "knee", 0.065), ("knee", "ankle", 0.065),
             *ARMS),
 }  # fmt: skip
 TOPS = {"sit": (-0.05, 0.30), "lie": (-0.12, 0.22)}  # metres about the seat or mattress that count as its top
-MOST = 0.12  # metres by which a joint is raised; twice as deep it is beside the piece, not in it
-MOST_ASIDE = 0.18
+MOST = 0.16  # metres by which a joint is raised; twice as deep it is beside the piece, not in it
+MOST_ASIDE = 0.28
 WALL = 0.05  # metres over the seat or mattress from which on things are left aside
 BELOW = 0.15  # metres under it down to which a joint may be in a wall
 SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limbs give way
+SOLE = 0.01  # metres that a sole keeps off a wall
+SHIN_STEP = 0.06  # of a shin, between two looks for a wall
 SHIN = 0.05  # metres from the middle of a shin to its skin
 MOST_BESIDE = 0.3  # metres by which a body keeps off
-GIVE = 0.015  # metres that flesh and cushion give way under the pelvis
+GIVE = 0.005  # metres that flesh and cushion give way under the pelvis
 UNSURE = 0.03  # metres moved at which half of a bone's direction over the floor is its own
 REACH = 1.3  # metres on the floor around the goal in which limbs are looked after
 
@@ -121,6 +124,28 @@ class RestingTop:
             sideways = upper not in skeleton.INDEX  # the trunk's bones have no sides and stay in their middle
             for side in ("right_", "left_") if sideways else ("",):
                 motion = self._out(motion, side + upper, side + lower, thick, near, sideways)
+        return self._feet_out(motion, near) if self.action == "lie" else motion
+
+    def _feet_out(self, motion: Motion, near: np.ndarray) -> Motion:
+        """The motion whose knees bend as far as soles would else be in an armrest or a board at the foot."""
+        for side in ("right", "left"):
+            positions, globals_ = motion.forward_kinematics()
+            rest = motion.rest_joints
+            knee = positions[:, skeleton.INDEX[f"{side}_knee"]]
+            soles = (*sole_points(positions, globals_, rest, side), toe_tips(positions, globals_, rest, side))
+            away = np.zeros((len(motion), 2))
+            for sole in soles:
+                way = self._short_of_wall(knee, sole)
+                more = near & (np.linalg.norm(way, axis=-1) > np.linalg.norm(away, axis=-1))
+                away[more] = way[more]
+            if not away.any():
+                continue
+            away = gaussian_filter1d(away, EVENLY, axis=0, mode="nearest")
+            target = positions[:, skeleton.INDEX[f"{side}_ankle"]] + np.column_stack(
+                [away[:, 0], np.zeros(len(away)), away[:, 1]]
+            )
+            rotations = solve_limb(motion.root, motion.rotations, rest, f"{side}_leg", target)
+            motion = replace(motion, rotations=rotations)
         return motion
 
     def _beside(self, motion: Motion, near: np.ndarray) -> Motion:
@@ -153,6 +178,19 @@ class RestingTop:
         length = np.linalg.norm(way, axis=-1, keepdims=True)
         way *= np.minimum(length + SHIN, MOST_BESIDE) / np.maximum(length, 1e-6)
         return np.where(below[:, None], way, 0.0)
+
+    def _short_of_wall(self, knee: np.ndarray, sole: np.ndarray) -> np.ndarray:
+        """Way (T, 2) over the floor, metres, by which a sole (T, 3) comes back to its knee's side of a wall."""
+        shin = (sole - knee)[:, [0, 2]]
+        out = np.zeros((len(sole), 2))
+        for share in np.arange(1.0, 0.0, -SHIN_STEP):
+            place = knee[:, [0, 2]] + share * shin
+            x, z, inside = self._cells(place)
+            height = sole[:, 1] - SOLE - self.level
+            wall = inside & (self.heights[x, z] - self.level > np.maximum(height, WALL)) & (height > -BELOW)
+            out[wall] = (share - SHIN_STEP - 1.0) * shin[wall]
+        short = np.linalg.norm(out, axis=-1, keepdims=True) < MOST_ASIDE
+        return np.where(short, out, 0.0)
 
     @cached_property
     def _ways_beside(self) -> np.ndarray:

@@ -50,14 +50,14 @@ def load_network(folder: Path | None = None, kind: str = "motion_net") -> tuple:
     import torch
 
     from ...models import weights
-    from ...models.baselines import NETWORKS
+    from ...models.baselines import NETWORKS, hidden_width
 
     try:
         tensors = weights.load_weights("motion_net", folder or weights.FOLDER)
     except weights.WeightsError as error:
         raise SampError(str(error)) from error
     starts = tensors.pop("start_heights"), tensors.pop("start_rotations")
-    net = NETWORKS[kind]()
+    net = NETWORKS[kind](hidden_width(tensors))
     # The encoder is needed for training only and is not shipped.
     net.load_state_dict({k: v.float() for k, v in tensors.items()}, strict=False)
     net.eval()

@@ -20,6 +20,7 @@ class Schedule:
     prior_share: float
     network: str = "motion_net"
     sees_object: bool = True
+    hidden: int = 512
 
     def keep_truth(self, step: int) -> float:
         """Probability that the true state, not the prediction, is the next input."""

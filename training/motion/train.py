@@ -15,7 +15,7 @@ from torch.nn import functional
 
 from ...models import state
 from ...models.baselines import NETWORKS
-from ...models.motion_net import COURSE
+from ...models.motion_net import COURSE, HIDDEN
 from . import dataset
 from .schedule import Schedule
 
@@ -47,7 +47,7 @@ class Trainer:
         torch.manual_seed(seed)
         self.rng = np.random.default_rng(seed)
         self.data, self.schedule, self.batch, self.device = data, schedule, batch, device
-        self.net = NETWORKS[schedule.network]().to(device)
+        self.net = NETWORKS[schedule.network](schedule.hidden).to(device)
         self._measure_statistics()
         self.optimiser = torch.optim.Adam(self.net.parameters(), lr=schedule.rate, fused=True)
         self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
@@ -239,6 +239,7 @@ def main() -> None:
     parser.add_argument("--kl", type=float, default=0.6, help="weight of the KL term")
     parser.add_argument("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
     parser.add_argument("--network", choices=NETWORKS, default="motion_net")
+    parser.add_argument("--hidden", type=int, default=HIDDEN, help="width of the prediction network")
     parser.add_argument("--no-object", action="store_true", help="ablation: the object is not seen")
     parser.add_argument("--begin", type=Path, help="checkpoint of a run whose weights to begin with")
     parser.add_argument("--seed", type=int, default=0)
@@ -255,6 +256,7 @@ def main() -> None:
         options.prior,
         options.network,
         not options.no_object,
+        options.hidden,
     )
     trainer = Trainer(data, schedule, options.batch, options.seed, device)
     checkpoint = options.work / "checkpoint.pt"
