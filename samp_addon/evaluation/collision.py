@@ -28,6 +28,9 @@ _WAYS = 6
 _SPACING = 0.02
 """Metres between the surface samples that find the closest triangles."""
 
+_NUDGE = np.array([1.7e-4, 2.9e-4])
+"""Cells by which rays pass beside the cells' middles, so that none runs along an edge."""
+
 _CHUNK_SECONDS = 0.5
 _MARGIN = 0.1
 
@@ -54,10 +57,10 @@ class Boxed:
         return flags
 
 
-def _counts(scene: Boxed, low: np.ndarray, shape: np.ndarray) -> Iterator[np.ndarray]:
+def _counts(scene: Boxed, low: np.ndarray, shape: np.ndarray, pitch: float = PITCH) -> Iterator[np.ndarray]:
     """For each of the six ways how many more surfaces are left than entered from each cell: (X, Y, Z)."""
     for axis in range(3):
-        crossings = _crossings(scene, low, shape, axis)
+        crossings = _crossings(scene, low, shape, axis, pitch)
         onwards = np.flip(np.cumsum(np.flip(crossings, axis), axis, dtype=np.int16), axis)
         ahead = np.delete(onwards, 0, axis)  # those beyond a cell
         yield ahead
@@ -82,36 +85,45 @@ def free_counts(scene: Boxed, free: np.ndarray) -> list[int]:
 
 @dataclass(frozen=True)
 class SolidGrid:
-    """Which cells of a box lie inside the scene. low: (3,) corner; solid: (X, Y, Z) flags; PITCH apart."""
+    """Which cells of a box lie inside the scene. low: (3,) corner; solid: (X, Y, Z) flags; pitch: metres apart."""
 
     low: np.ndarray
     solid: np.ndarray
+    pitch: float = PITCH
 
     @classmethod
     def build(cls, scene: Boxed, points: np.ndarray, free: Sequence[int]) -> SolidGrid:
         """Of the scene around points (N, 3); free: see free_counts."""
-        low, shape = _grid_over(points)
+        return cls.over(scene, *_grid_over(points), free)
+
+    @classmethod
+    def over(
+        cls, scene: Boxed, low: np.ndarray, shape: np.ndarray, free: Sequence[int], pitch: float = PITCH
+    ) -> SolidGrid:
+        """Of the scene in the box of cells from low (3,); free: see free_counts."""
         votes = np.zeros(shape, np.int8)
-        for way, outside in zip(_counts(scene, low, shape), free, strict=True):
+        for way, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
             votes += way > outside
-        return cls(low, votes > _WAYS // 2)
+        return cls(low, votes > _WAYS // 2, pitch)
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """Flags (N,) of points (N, 3) in the box."""
-        return self.solid[tuple(np.floor((points - self.low) / PITCH).astype(np.int64).T)]
+        return self.solid[tuple(np.floor((points - self.low) / self.pitch).astype(np.int64).T)]
 
 
-def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int) -> np.ndarray:
+def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int, pitch: float) -> np.ndarray:
     """Surfaces that lines through the cells' middles cross along one axis: +1 where a line leaves a solid.
 
     Shape (X, Y, Z) with one more along the axis: entry k counts the crossings between middles k - 1 and k.
     """
     u, v = (axis + 1) % 3, (axis + 2) % 3
-    met = np.flatnonzero(scene.overlapping(low, low + shape * PITCH, (u, v)))
+    met = np.flatnonzero(scene.overlapping(low, low + shape * pitch, (u, v)))
     triangles = scene.triangles[met]
-    lowest, highest = ((box[[u, v]][:, met].T - low[[u, v]]) / PITCH - 0.5 for box in (scene.low, scene.high))
-    flat = (triangles[:, :, [u, v]] - low[[u, v]]) / PITCH - 0.5  # cell middles at whole numbers
-    first = np.maximum(np.ceil(lowest).astype(np.int64), 0)
+    lowest, highest = ((box[[u, v]][:, met].T - low[[u, v]]) / pitch - 0.5 for box in (scene.low, scene.high))
+    flat = (triangles[:, :, [u, v]] - low[[u, v]]) / pitch - 0.5  # cell middles at whole numbers
+    first = np.maximum(
+        np.ceil(lowest - _NUDGE).astype(np.int64), 0
+    )  # the middles are nudged into the triangle
     last = np.minimum(np.floor(highest).astype(np.int64), shape[[u, v]] - 1)
     span = np.maximum(last - first + 1, 0)
     count = span[:, 0] * span[:, 1]
@@ -127,7 +139,7 @@ def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int) -> n
     turned = np.sign(twice)
     hit = (turned != 0) & (sides[0] * turned > 0) & (sides[1] * turned > 0) & (sides[2] * turned > 0)
     which, at, turned, twice = which[hit], at[hit], turned[hit], twice[hit]
-    along = (triangles[which][:, :, axis] - low[axis]) / PITCH - 0.5
+    along = (triangles[which][:, :, axis] - low[axis]) / pitch - 0.5
     weights = np.stack([sides[1][hit], sides[2][hit], sides[0][hit]], -1) / twice[:, None]
     height = np.clip(np.ceil((along * weights).sum(-1)), 0, shape[axis]).astype(np.int64)
     size = shape.copy()
@@ -145,7 +157,7 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _edge(start: np.ndarray, end: np.ndarray, at: np.ndarray) -> np.ndarray:
     """On which side of an edge a cell's middle lies. The middles are nudged: no edge may run through one."""
-    nudged = at + np.array([1.7e-4, 2.9e-4])
+    nudged = at + _NUDGE
     return _cross(end - start, nudged - start)
 
 
@@ -176,10 +188,10 @@ class Surface:
             result[rows[better]], places[rows[better]] = gap[better], closest[better]
         return np.where(result <= reach, result, np.inf), places
 
-    def candidates(self, points: np.ndarray) -> np.ndarray:
-        """Flags (N,) of points (N, 3) among which all are that lie within a cell of the surface; quick."""
-        low, cell = points.min(0) - _MARGIN, 2 * _SPACING
-        shape = np.ceil((points.max(0) + _MARGIN - low) / cell).astype(int)
+    def candidates(self, points: np.ndarray, reach: float = PITCH) -> np.ndarray:
+        """Flags (N,) of points (N, 3) among which all are that lie within reach of the surface; quick."""
+        low, cell = points.min(0) - _MARGIN - reach, max(2 * _SPACING, reach)
+        shape = np.ceil((points.max(0) + _MARGIN + reach - low) / cell).astype(int)
         high = low + shape * cell
         within = np.ones(len(self._samples), bool)
         for k, column in enumerate(self._columns):  # numpy reduces a short last axis slowly
