@@ -5,8 +5,8 @@ the interaction encoder are a choice of this project, since the figure's sizes a
 both actions: sit and lie stand as one-hot input beside the object's code.
 
 Goals are the six numbers (position 3, direction 3) in the frame of the object's voxel grid: its origin the grid's
-centre, its axes the grid's, metres. Positions are divided by POSITION_SCALE, so that a decimetre weighs about as
-much in the loss as six degrees do.
+centre, its axes the grid's, metres. Positions are divided by POSITION_SCALE and directions weighted, so that a
+decimetre weighs about as much in the loss as thirteen degrees do.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ OBJECT_CODE = 64
 LATENT = 3
 HIDDEN = 256
 GOAL = 6
+DIRECTION_WEIGHT = 3.0  # of a squared error of the direction beside one of the scaled position
 POSITION_SCALE = 0.25
 
 
@@ -79,11 +80,12 @@ def loss(
     log_variance: torch.Tensor,
     beta: float | torch.Tensor,
 ) -> torch.Tensor:
-    """Equation 4, averaged over the batch: squared errors of position (scaled) and direction, and beta times KL.
+    """Equation 4, averaged over the batch: squared errors of position and direction, both scaled, and beta times KL.
 
     beta: one number, or one for each row (B,).
     """
-    error = (_to_units(predicted) - _to_units(goal)).square().sum(dim=1)
+    error = (_to_units(predicted) - _to_units(goal)).square()
+    error = error[:, :3].sum(dim=1) + DIRECTION_WEIGHT * error[:, 3:].sum(dim=1)
     divergence = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).sum(dim=1)
     return (error + beta * divergence).mean()
 
