@@ -16,6 +16,8 @@ OPERATORS = (
     "build_navmesh",
     "plan_path",
     "bake",
+    "refine",
+    "set_cushion",
     "measure",
     "export_npz",
 )

@@ -33,8 +33,9 @@ class Job:
 
     target: name of an object, empty or collection. to: place (x, y, z) or (x, y, z, yaw) to walk to.
     character: name of an SMPL-X armature; empty: the caller's choice. start: (x, y, z, yaw) or None for where
-    the character stands, or a free place. seed: of the first take; variants: how many. hold: seconds at the
-    end. then: what follows in the same takes; of these jobs only action, target and to count.
+    the character stands, or a free place. seed: of the first take; variants: how many. refine: whether contact,
+    penetration and foot slide of each take are mended. hold: seconds at the end. then: what follows in the
+    same takes; of these jobs only action, target and to count.
     """
 
     action: str = "sit"
@@ -71,8 +72,6 @@ class Job:
             raise UsageError(f"There is no method '{self.method}'; choose one of {', '.join(METHODS)}.")
         if self.method not in READY_METHODS:
             raise UsageError(f"The method '{self.method}' is not in this version yet; choose samp.")
-        if self.refine:
-            raise UsageError("The optimisation is not in this version yet; leave --refine out.")
         if not 1 <= self.variants <= MOST_VARIANTS:
             raise UsageError(f"--variants is {self.variants}; choose from 1 to {MOST_VARIANTS}.")
         if not 0 <= self.seed < 2**31:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from samp_blender.samp_addon import frames, rotation
+from samp_blender.samp_addon import frames, rotation, skeleton
 from samp_blender.samp_addon.body import human
-from samp_blender.samp_addon.errors import RolloutError
+from samp_blender.samp_addon.errors import RolloutError, SampError
 from samp_blender.samp_addon.motion import ACTIONS, Motion
+from samp_blender.samp_addon.refine.refining import Refined, Settings
 from samp_blender.samp_addon.scene import seats
 from samp_blender.samp_addon.synthesis.chain import Tools
 
@@ -64,5 +67,24 @@ def sample_goals(triangles, action, count, seed, obstacles):
     return [found[(seed + k) % len(found)] for k in range(count)] if found else []
 
 
-TOOLS = Tools(sample_goals, generate)
-STUCK = Tools(sample_goals, never)
+RAISED, BENT = 0.02, 0.3
+
+
+def refine(motion, surroundings, goal=None, body=None, settings=None, progress=lambda stage, share: None):
+    """Raises the body by 2 cm and bends its left knee by 0.3 rad more, in all frames."""
+    if not len(surroundings.triangles):
+        raise SampError("Nothing stands near the character; show the furniture.")
+    for share in (0.0, 0.5):
+        progress("Windows", share)
+    strength = (settings or Settings()).strength
+    quats, knee = motion.rotations.copy(), skeleton.INDEX["left_knee"]
+    bend = rotation.from_axis_angle(np.array([BENT * strength, 0.0, 0.0]))
+    quats[:, knee] = rotation.multiply(quats[:, knee], bend)
+    before = {"penetration_max_cm": 4.0, "foot_slide_cm_s": 5.0, "contact": 0.9}
+    after = {"penetration_max_cm": 0.5, "foot_slide_cm_s": 1.0, "contact": 1.0}
+    raised = motion.root + [0.0, RAISED * strength, 0.0]
+    return Refined(replace(motion, root=raised, rotations=quats), before, after, 0.04, ("It was a fake.",))
+
+
+TOOLS = Tools(sample_goals, generate, refine)
+STUCK = Tools(sample_goals, never, refine)

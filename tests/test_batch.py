@@ -65,6 +65,18 @@ def test_one_job(room, tmp_path):
     assert np.linalg.norm(np.subtract(pelvis, variants[0]["goal_position"])) < 0.2
 
 
+def test_refined_takes(room, tmp_path):
+    scene, start = room
+    options = ["--scene", scene, "--action", "sit", "--target", "Sofa", "--start", *start, "--refine"]
+    status, _, complained = bake(*options, "--report", tmp_path / "r.json", "--npz", tmp_path)
+    assert (status, complained) == (0, "")
+    (variant,) = load(tmp_path / "r.json")["variants"]
+    assert set(variant["refined"]) == {"before", "after", "unsolved_cm"}
+    assert variant["refined"]["unsolved_cm"] == 4
+    with np.load(tmp_path / "room_sit_Sofa_0.npz") as take:
+        assert take["trans"][-1].shape == (3,)
+
+
 def test_walk_to_a_place(room, tmp_path):
     scene, start = room
     status, _, complained = bake(

@@ -13,8 +13,7 @@ import pytest
 import rooms
 import samp_blender
 from samp_blender.samp_addon.blender import actions, character, jobs, measuring, targets
-from samp_blender.samp_addon.blender.job_run import JobRun
-from samp_blender.samp_addon.blender.jobs import Cancelled
+from samp_blender.samp_addon.blender.thread_run import Cancelled
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.job import Job
 from samp_blender.samp_addon.synthesis import chain
@@ -58,6 +57,11 @@ def curves(action, owner):
     ("operator", "options", "job"),
     [
         ("sit_here", {"target": "Sofa", "seed": 4}, {"action": "sit", "target": "Sofa", "seed": 4}),
+        (
+            "sit_here",
+            {"target": "Sofa", "refine": True},
+            {"action": "sit", "target": "Sofa", "refine": True},
+        ),
         ("walk_here", {"location": (-3, -3, 0)}, {"action": "walk", "to": (-3.0, -3.0, 0.0)}),
         (
             "walk_here",
@@ -155,7 +159,7 @@ def wait_for(run):
 
 def test_beside_a_window_a_job_makes_the_same_take(start):
     job = Job(action="sit", target="Sofa", seed=4)
-    run = JobRun(bpy.context, job, fakes.TOOLS)
+    run = jobs.begin(bpy.context, job, fakes.TOOLS)
     wait_for(run)
     assert (run.stage, run.share) == ("Done", 1.0)
     result = run.finish(bpy.context)
@@ -171,7 +175,7 @@ def test_beside_a_window_stopping_leaves_nothing_behind(start):
             progress(0.5)
             time.sleep(0.01)
 
-    run = JobRun(bpy.context, Job(action="sit", target="Sofa"), chain.Tools(fakes.sample_goals, endless))
+    run = jobs.begin(bpy.context, Job(action="sit", target="Sofa"), chain.Tools(fakes.sample_goals, endless))
     deadline = time.time() + 60
     while run.stage != "Moving" and time.time() < deadline:
         time.sleep(0.02)
@@ -183,11 +187,11 @@ def test_beside_a_window_stopping_leaves_nothing_behind(start):
 
 
 def test_beside_a_window_failures_and_a_lost_character_say_so(start):
-    run = JobRun(bpy.context, Job(action="sit", target="Sofa"), fakes.STUCK)
+    run = jobs.begin(bpy.context, Job(action="sit", target="Sofa"), fakes.STUCK)
     wait_for(run)
     with pytest.raises(SampError, match="stuck"):
         run.finish(bpy.context)
-    run = JobRun(bpy.context, Job(action="sit", target="Sofa"), fakes.TOOLS)
+    run = jobs.begin(bpy.context, Job(action="sit", target="Sofa"), fakes.TOOLS)
     wait_for(run)
     bpy.data.objects.remove(bpy.data.objects["Human"])
     with pytest.raises(SampError, match="gone"):
@@ -233,7 +237,7 @@ def pressed(job):
 
     made = Pressed()
     made.reports = []
-    made._run, screen = JobRun(bpy.context, job), Screen()
+    made._run, screen = jobs.begin(bpy.context, job), Screen()
     made._timer = screen.event_timer_add(0.1, None)
     return made, screen
 

@@ -10,7 +10,7 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-from samp_blender.samp_addon.blender import actions, armature, character, jobs
+from samp_blender.samp_addon.blender import actions, armature, character, jobs, measuring
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.job import Job, UsageError
 
@@ -109,7 +109,7 @@ class Stop(Exception):
     pass
 
 
-@pytest.mark.parametrize("stage", ["Finding the floor", "Moving", "Writing keyframes"])
+@pytest.mark.parametrize("stage", ["Finding the floor", "Moving", "Refining", "Writing keyframes"])
 @pytest.mark.parametrize("own", [False, True])
 def test_a_stopped_job_leaves_nothing_behind(start, stage, own):
     if own:
@@ -124,7 +124,7 @@ def test_a_stopped_job_leaves_nothing_behind(start, stage, own):
             raise Stop
 
     with pytest.raises(Stop):
-        run(replace(SIT, start=start), progress=progress)
+        run(replace(SIT, start=start, refine=True), progress=progress)
     assert stage in seen
     assert everything() == before
 
@@ -151,6 +151,65 @@ def test_stuck_takes_are_reported(start):
         jobs.run(bpy.context, replace(SIT, start=start), tools=fakes.STUCK)
 
 
+def test_refined_takes_and_what_the_report_tells_of_them(start):
+    seen = []
+    plain = run(replace(SIT, start=start))
+    result = run(
+        replace(SIT, start=start, refine=True), progress=lambda stage, share: seen.append((stage, share))
+    )
+    shares = [share for stage, share in seen if stage == "Refining"]
+    assert shares == sorted(shares) and len(set(shares)) == 4 and seen[-1][0] == "Writing keyframes"
+    for one, two, action in zip(plain.variants, result.variants, result.actions, strict=True):
+        told = json.loads(json.dumps(two["refined"]))
+        assert told["before"]["penetration_max_cm"] == 4 and told["after"]["contact"] == 1
+        assert (told["unsolved_cm"], "refined" in one) == (4, False)
+        raised = two["metrics"]["position_error_cm"] - one["metrics"]["position_error_cm"]
+        assert 0 < abs(raised) <= 100 * fakes.RAISED + 1e-6
+        assert two["seconds"]["refine"] >= 0
+        lifted = [actions.read_motion(result.owner, a).root[-1, 1] for a in (action, plain.actions[0])]
+        assert lifted[0] - lifted[1] > fakes.RAISED - 0.05
+    assert "still 4 cm deep" in jobs.sentence(result)
+
+
+def listening(seen):
+    def refine(motion, surroundings, goal, body, settings, progress):
+        seen.append((motion, surroundings, goal, body))
+        return fakes.refine(motion, surroundings)
+
+    return replace(fakes.TOOLS, refine=refine)
+
+
+@pytest.mark.parametrize("floor", [True, False])
+def test_what_a_take_is_refined_against(start, floor):
+    bpy.data.objects["Sofa"]["samp_cushion"] = 0.03
+    if not floor:
+        bpy.data.objects.remove(bpy.data.objects["Floor"])
+    owner = character.create_character(bpy.context, {"tall": 1.0}, (start[0], start[1], 0))
+    seen = []
+    result = jobs.run(bpy.context, replace(SIT, refine=True, variants=1), tools=listening(seen))
+    ((motion, around, goal, body),) = seen
+    assert around.give.max() == 0.03 and 0 < (around.give > 0).mean() < 1
+    # Where a floor was assumed it has no triangles.
+    assert around.floor == (None if floor else pytest.approx(0, abs=1e-6))
+    remembered = measuring.remembered_ground(result.actions[0])
+    assert remembered == (None if floor else pytest.approx(0, abs=1e-6))
+    np.testing.assert_allclose(body.joints, armature.calibrate(owner).rest_joints, atol=1e-6)
+    np.testing.assert_array_equal(motion.rest_joints, body.joints)
+    assert goal.action == "sit"
+
+
+def test_a_take_that_cannot_be_refined_is_kept_and_reported(start):
+    def fail(*arguments):
+        raise SampError("Nothing stands near.")
+
+    tools = replace(fakes.TOOLS, refine=fail)
+    result = jobs.run(bpy.context, replace(SIT, start=start, refine=True), tools=tools)
+    assert len(result.actions) == 2 and "refined" not in result.variants[0]
+    assert [failure.message for failure in result.failures] == [
+        "The take is not refined: Nothing stands near."
+    ] * 2
+
+
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
@@ -166,7 +225,6 @@ def test_stuck_takes_are_reported(start):
         ({"action": "idle", "hold": -1.0}, "--hold"),
         ({"action": "idle", "method": "long_term"}, "not in this version"),
         ({"action": "idle", "method": "magic"}, "no method"),
-        ({"action": "idle", "refine": True}, "not in this version"),
     ],
 )
 def test_unusable_jobs(options, reason):

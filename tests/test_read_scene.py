@@ -213,6 +213,74 @@ def test_the_character_is_left_out_with_its_meshes():
     assert set(read_scene.read_scene(bpy.context).names) == {"Body", "Hat", "Chair"}
 
 
+def soft(obj, depth=0.03):
+    obj[read_scene.CUSHION_KEY] = depth
+    return obj
+
+
+def its_own():
+    soft(add("Sofa"))
+
+
+def its_grandparents():
+    add("Sofa", parent=add("Base", parent=soft(add("Furniture", data="empty")), data="empty"))
+
+
+def a_part_of_what_it_shows():
+    library = new_collection("Library", linked=False)
+    soft(add("Seat", collection=library))
+    add("Legs", collection=library)
+    sofa = add("Sofa", data="empty")
+    sofa.instance_type, sofa.instance_collection = "COLLECTION", library
+
+
+def the_collection_that_it_shows():
+    a_part_of_what_it_shows()
+    del bpy.data.objects["Seat"][read_scene.CUSHION_KEY]
+    soft(bpy.data.collections["Library"])
+
+
+def harder_than_its_parent():
+    soft(add("Sofa", parent=soft(add("Furniture", data="empty"), 0.1)))
+
+
+def whole_metres():
+    soft(add("Sofa"), 0)
+
+
+@pytest.mark.parametrize(
+    ("arrange", "depth"),
+    [
+        (its_own, 0.03),
+        (its_grandparents, 0.03),
+        (a_part_of_what_it_shows, 0.03),
+        (the_collection_that_it_shows, 0.03),
+        (harder_than_its_parent, 0.03),
+        (whole_metres, 0.0),
+        (lambda: add("Sofa"), 0.0),
+    ],
+)
+def test_how_far_an_object_yields(arrange, depth):
+    add("Lamp", location=(5, 0, 0))
+    arrange()
+    bpy.context.view_layer.update()
+    scene = read_scene.read_scene(bpy.context)
+    give = read_scene.cushion_depths(bpy.context, scene.names)[scene.object_ids]
+    of_sofa = scene.object_ids == scene.names.index("Sofa")
+    np.testing.assert_allclose(give, np.where(of_sofa, depth, 0.0))
+
+
+@pytest.mark.parametrize("depth", ["soft", float("nan"), -0.1])
+def test_a_cushion_that_is_no_length_is_named(depth):
+    soft(add("Sofa"), depth)
+    with pytest.raises(SampError, match="'Sofa' is not a length"):
+        read_scene.cushion_depths(bpy.context, ["Sofa"])
+
+
+def test_an_empty_scene_yields_nowhere():
+    assert read_scene.cushion_depths(bpy.context, []).shape == (0,)
+
+
 def under_an_empty():
     root = add("Sofa", data="empty")
     seat = add("Seat", parent=root)

@@ -59,8 +59,9 @@ def test_a_box_is_a_box_however_it_is_made(mesh):
     found, _ = field.at(points)
     clear = np.abs(exact) >= CELL
     assert ((found < 0) == (exact < 0))[clear].mean() >= 0.99
-    if mesh != "a box inside it":  # inside of the solid it has a surface of its own
-        assert (np.abs(found - np.clip(exact, -np.inf, BAND)) <= CELL / 2).mean() >= 0.99
+    assert (np.abs(found - np.clip(exact, -np.inf, BAND)) <= CELL / 2).mean() >= (
+        0.97 if "inside" in mesh else 0.99
+    )
 
 
 @pytest.mark.parametrize("turn", [1, -1])
@@ -145,3 +146,14 @@ def test_orientation_leaves_a_sound_mesh_alone():
     np.testing.assert_array_equal(orientation.outward(box()[:, ::-1]), box())
     sheet = box()[:2]
     np.testing.assert_array_equal(orientation.outward(sheet), sheet)
+
+
+@pytest.mark.parametrize("floor", [None, 0.0])
+def test_a_crate_on_the_floor_has_no_way_out_through_the_floor(floor):
+    crate = box([-0.3, 0.0, -0.3], [0.3, 0.8, 0.3])
+    slab = box([-2, -0.2, -2], [2, 0.0, 2])
+    mesh = crate if floor is not None else np.concatenate([crate, slab])
+    points = np.array([[0.2, 0.03, 0.0], [0.2, -0.03, 0.0], [0.5, -0.05, 0.5]])
+    found, slope = signed_distance.of(mesh, FREE, floor).at(points)
+    np.testing.assert_allclose(found, [-0.1, -0.104, -0.05], atol=0.75 * CELL)
+    assert slope[0, 0] > 0.7 and slope[2, 1] > 0.9

@@ -52,7 +52,7 @@ def write_motion(
     scene = scene or bpy.context.scene
     _refuse_broken(motion)
     if activate:
-        _refuse_locked(armature)
+        refuse_locked(armature)
     calibration = calibrate(armature)
     motion = proportions.adapt(motion, calibration.rest_joints).resampled(frames_per_second(scene))
     action = bpy.data.actions.new(name)
@@ -69,12 +69,12 @@ def write_motion(
     return action
 
 
-def activate_action(armature: bpy.types.Object, action: bpy.types.Action) -> None:
-    """Makes an Action the active one; the one before it is kept in the file."""
+def activate_action(armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None) -> None:
+    """Makes an Action the active one; the one before it is kept in the file. slot: of the Action, if it is known."""
     data = armature.animation_data
     if data is not None and data.action is not None and data.action != action:
         data.action.use_fake_user = True
-    compat.assign(armature, action)
+    compat.assign(armature, action, slot)
 
 
 def _refuse_broken(motion: Motion) -> None:
@@ -89,7 +89,7 @@ def _refuse_broken(motion: Motion) -> None:
         raise SampError("The take holds values that are not numbers; generate it again with another seed.")
 
 
-def _refuse_locked(armature: bpy.types.Object) -> None:
+def refuse_locked(armature: bpy.types.Object) -> None:
     """Raises SampError where Blender would not let the armature have a new Action."""
     if not armature.is_editable:
         raise SampError(
@@ -136,12 +136,12 @@ def pelvis_locations(calibration: Calibration, root: np.ndarray) -> np.ndarray:
 
 def bone_rotations(calibration: Calibration, rotations: np.ndarray) -> np.ndarray:
     """Each bone's own quaternions (T, 55, 4) for SMPL-X local rotations (T, 55, 4) of the network frame."""
-    own = _turned(rotations, calibration.axes)
+    own = turned(rotations, calibration.axes)
     own[:, 0] = rotation.multiply(_border(calibration), own[:, 0])
-    return _turned(own, np.swapaxes(calibration.bases, 1, 2))
+    return turned(own, np.swapaxes(calibration.bases, 1, 2))
 
 
-def _turned(quaternions: np.ndarray, turn: np.ndarray) -> np.ndarray:
+def turned(quaternions: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """The same rotations (..., 4) seen in axes that ``turn`` (3, 3) or (J, 3, 3) leads to."""
     result = quaternions.copy()
     result[..., 1:] = np.einsum("...ab,...b->...a", turn, quaternions[..., 1:])
@@ -190,21 +190,21 @@ def read_motion(
     end = int(np.ceil(action.frame_range[1])) if frame_end is None else frame_end
     if end < start:
         raise SampError(f"The frames {start} to {end} are none; give an end after the start.")
-    reader = _Reader(armature, action, np.arange(start, end + 1))
+    reader = Reader(armature, action, np.arange(start, end + 1))
     location, quaternions = reader.pelvis_and_rotations(calibration)
-    own = _turned(quaternions, calibration.bases)
+    own = turned(quaternions, calibration.bases)
     own[:, 0] = rotation.multiply(rotation.conjugate(_border(calibration)), own[:, 0])
     place = location @ calibration.world[:3, :3].T + calibration.world[:3, 3]
     return Motion(
         root=frames.to_network(place),
-        rotations=rotation.continuous(_turned(own, calibration.axes.T)),
+        rotations=rotation.continuous(turned(own, calibration.axes.T)),
         fps=frames_per_second(scene),
         rest_joints=calibration.rest_joints,
         **_noted(action, start, end),
     )
 
 
-class _Reader:
+class Reader:
     """Samples an Action's f-curves; a property without a curve holds the pose's value."""
 
     def __init__(self, armature: bpy.types.Object, action: bpy.types.Action, times: np.ndarray) -> None:
@@ -239,15 +239,22 @@ class _Reader:
                 result[:, j] = self.quaternions(bone)
         base = calibration.bases[0]
         place = calibration.pelvis_head + self.values(calibration.bones[0], "location", 3) @ base.T
-        turned = _turned(result[:, 0], base)
+        whole = turned(result[:, 0], base)
+        for head, turn, shift in self.ancestors(calibration):
+            place = rotation.rotate(turn, place - head) + head + shift
+            whole = rotation.multiply(turn, whole)
+        result[:, 0] = turned(whole, base.T)
+        return place, result
+
+    def ancestors(self, calibration: Calibration) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """For each bone above the pelvis, the nearest first: its head (3,), and how it turns (T, 4) and shifts (T, 3)
+        what hangs from it; in the armature's axes and units."""
+        result = []
         for bone in calibration.ancestors:
             rest = np.array(self.pose[bone].bone.matrix_local, dtype=np.float64)
-            turn = _turned(self.quaternions(bone), rest[:3, :3])
-            shift = self.values(bone, "location", 3) @ rest[:3, :3].T
-            place = rotation.rotate(turn, place - rest[:3, 3]) + rest[:3, 3] + shift
-            turned = rotation.multiply(turn, turned)
-        result[:, 0] = _turned(turned, base.T)
-        return place, result
+            turn = turned(self.quaternions(bone), rest[:3, :3])
+            result.append((rest[:3, 3], turn, self.values(bone, "location", 3) @ rest[:3, :3].T))
+        return result
 
 
 def _noted(action: bpy.types.Action, start: int, end: int) -> dict:

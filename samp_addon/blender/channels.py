@@ -43,6 +43,19 @@ def from_quaternions(mode: str, quaternions: np.ndarray) -> np.ndarray:
     return values
 
 
+def near(mode: str, quaternions: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Channel values (T, 3 or 4) of unit quaternions (T, 4): of all that mean the same those next to ``values``."""
+    if mode == "QUATERNION":
+        return quaternions * np.where(np.sum(quaternions * values, axis=1, keepdims=True) < 0, -1.0, 1.0)
+    if mode == "AXIS_ANGLE":
+        own = from_quaternions(mode, quaternions)
+        own *= np.where(np.sum(own[:, 1:] * values[:, 1:], axis=1, keepdims=True) < 0, -1.0, 1.0)
+        own[:, 0] += 2 * np.pi * np.round((values[:, 0] - own[:, 0]) / (2 * np.pi))
+        return own
+    pairs = zip(quaternions, values, strict=True)
+    return np.array([Quaternion(q).to_euler(mode, Euler(v, mode)) for q, v in pairs], dtype=np.float64)
+
+
 def to_quaternions(mode: str, values: np.ndarray) -> np.ndarray:
     """Unit quaternions (T, 4) of channel values (T, 3 or 4)."""
     if mode == "QUATERNION":

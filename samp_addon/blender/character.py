@@ -72,6 +72,12 @@ def body_of(armature: bpy.types.Object) -> Human:
     return body.fitted(joints)
 
 
+def has_surface(context: bpy.types.Context, armature: bpy.types.Object) -> bool:
+    """Whether a mesh with faces hangs on the armature's bones."""
+    meshes = (obj for obj in context.scene.objects if obj.type == "MESH" and obj.data.polygons)
+    return any(mesh.find_armature() == armature for mesh in meshes)
+
+
 def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.types.Object:
     """An armature with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
     data = bpy.data.armatures.new(name)

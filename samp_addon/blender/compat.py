@@ -26,17 +26,34 @@ def _channelbag(action: bpy.types.Action, slot: object, create: bool) -> object 
 
 
 class CurveWriter:
-    """Adds f-curves in bulk to a new Action for one armature object."""
+    """Adds f-curves in bulk to an Action for one armature object: in a new slot, or in one that is there."""
 
-    def __init__(self, action: bpy.types.Action, owner: bpy.types.Object) -> None:
+    def __init__(self, action: bpy.types.Action, owner: bpy.types.Object, slot: object | None = None) -> None:
         self.action = action
-        self.slot = None
+        self.slot = slot
         self._bag = action
         if SLOTTED:
-            self.slot = action.slots.new(id_type="OBJECT", name=owner.name)
+            self.slot = slot or action.slots.new(id_type="OBJECT", name=owner.name)
             self._bag = _channelbag(action, self.slot, create=True)
 
-    def add(self, path: str, index: int, frames: np.ndarray, values: np.ndarray, group: str) -> None:
+    @classmethod
+    def on_copy(cls, action: bpy.types.Action, owner: bpy.types.Object) -> CurveWriter:
+        """A writer to a copy of an action, which holds all that the action does, for the same slot's curves."""
+        copy = action.copy()
+        slot = _slot_for(owner, action) if SLOTTED else None
+        return cls(copy, owner, slot and next(twin for twin in copy.slots if twin.handle == slot.handle))
+
+    def find(self, path: str, index: int) -> bpy.types.FCurve | None:
+        """The f-curve of this property that is there."""
+        return self._bag.fcurves.find(path, index=index)
+
+    def remove(self, curve: bpy.types.FCurve) -> None:
+        """Takes an f-curve away."""
+        self._bag.fcurves.remove(curve)
+
+    def add(
+        self, path: str, index: int, frames: np.ndarray, values: np.ndarray, group: str
+    ) -> bpy.types.FCurve:
         """One f-curve with linear keys at frames (n,) of values (n,)."""
         curve = self._new_curve(path, index, group)
         points = curve.keyframe_points
@@ -45,6 +62,7 @@ class CurveWriter:
         linear = points[0].bl_rna.properties["interpolation"].enum_items["LINEAR"].value
         points.foreach_set("interpolation", np.full(len(frames), linear, dtype=np.int32))
         curve.update()
+        return curve
 
     def _new_curve(self, path: str, index: int, group: str) -> bpy.types.FCurve:
         if not SLOTTED:
@@ -56,12 +74,12 @@ class CurveWriter:
         return curve
 
 
-def assign(owner: bpy.types.Object, action: bpy.types.Action) -> None:
-    """Makes the action the object's active one, with the slot that fits it."""
+def assign(owner: bpy.types.Object, action: bpy.types.Action, slot: object | None = None) -> None:
+    """Makes the action the object's active one, with this slot or else the one that fits it."""
     data = owner.animation_data or owner.animation_data_create()
     data.action = action
     if SLOTTED and action is not None:
-        data.action_slot = _slot_for(owner, action)
+        data.action_slot = slot or _slot_for(owner, action)
 
 
 def _slot_for(owner: bpy.types.Object, action: bpy.types.Action) -> object | None:

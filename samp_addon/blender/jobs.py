@@ -14,32 +14,35 @@ import bpy
 import numpy as np
 
 from .. import frames
+from ..body import human
+from ..body.human import Human
 from ..errors import SampError
 from ..evaluation import metrics
 from ..job import Job
+from ..refine.refining import Refined, Surroundings
 from ..scene.geometry import SceneGeometry
 from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
+from ..synthesis.refinement import refine_takes
 from ..synthesis.sequence import synthesise_steps
-from . import actions, armature, character, measuring, read_scene
+from . import actions, armature, character, measuring, read_scene, refining
 from . import goals as arrows
+from .thread_run import ThreadRun
 
 SCHEMA_VERSION = 1
 LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
 
-class Cancelled(Exception):
-    """Raised by a progress function to stop a job."""
-
-
 @dataclass(frozen=True)
 class Plan:
     """A job read from the scene: what each of its steps has to know. owner: the armature that gets the takes; None to
-    make the default human."""
+    make the default human. surroundings and body: what its takes are refined against and for, if they shall be."""
 
     job: Job
     situations: list[Situation]
     owner: bpy.types.Object | None
+    surroundings: Surroundings | None = None
+    body: Human | None = None
 
 
 @dataclass(frozen=True)
@@ -64,13 +67,30 @@ def run(
     return write(context, plan, *synthesise(plan, progress, tools), progress)
 
 
+def begin(context: bpy.types.Context, job: Job, tools: chain.Tools | None = None) -> ThreadRun:
+    """The job in a thread beside Blender's window, to be finished into a Result. Raises SampError where it cannot be
+    done."""
+    plan = read(context, job)
+    return ThreadRun(
+        lambda progress: synthesise(plan, progress, tools),
+        lambda context, made: write(context, plan, *made),
+        plan.owner,
+    )
+
+
 def synthesise(
     plan: Plan,
     progress: chain.Progress = lambda stage, share: None,
     tools: chain.Tools | None = None,
 ) -> tuple[list[Take], list[Failure]]:
     """The plan's takes and what failed; needs no Blender, and may run in a thread of its own."""
-    return synthesise_steps(list(zip(plan.job.steps, plan.situations, strict=True)), progress, tools)
+    steps = list(zip(plan.job.steps, plan.situations, strict=True))
+    takes, failures = synthesise_steps(steps, progress, tools)
+    if plan.surroundings is None:
+        return takes, failures
+    tools = tools or chain.networks()
+    takes, unrefined = refine_takes(takes, plan.surroundings, plan.body, tools, progress)
+    return takes, [*failures, *unrefined]
 
 
 def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
@@ -81,7 +101,10 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     scene = read_scene.read_scene(context, exclude)
     start = _start(job, owner)
     situations = [_situation(context, step, scene, start, exclude) for step in job.steps]
-    return Plan(job, situations, owner)
+    if not job.refine:
+        return Plan(job, situations, owner)
+    body = human.load() if owner is None else character.body_of(owner)
+    return Plan(job, situations, owner, refining.surroundings(context, scene), body)
 
 
 def _situation(
@@ -130,6 +153,7 @@ def write(
             )
             written.append(action)
             measuring.remember_goal(action, take.goal)
+            measuring.remember_ground(action, take.laid_ground)
             variants.append(_report(context, plan, owner, action, take))
     except BaseException:
         undo()
@@ -145,6 +169,11 @@ def sentence(result: Result) -> str:
     told = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
     if result.failures:
         told += f" {len(result.failures)} failed: {result.failures[0].message}"
+    left = max(
+        (variant["refined"]["unsolved_cm"] for variant in result.variants if "refined" in variant), default=0
+    )
+    if left > refining.UNSOLVED * 100:
+        told += f" The body is still {left:.0f} cm deep in the scene somewhere."
     return told
 
 
@@ -206,7 +235,7 @@ def _report(
         body = character.body_of(owner)
         numbers = metrics.measure(shown, take.goal, plan.situations[-1].scene.triangles, floor, body)
     begun = shown.interaction_start
-    return {
+    entry = {
         "seed": take.seed,
         "action": ",".join(step.action for step in plan.job.steps),
         "target": ",".join(step.target for step in plan.job.steps),
@@ -224,6 +253,16 @@ def _report(
         "metrics": {name: _rounded(value) for name, value in numbers.items()},
         "seconds": {name: round(value, 3) for name, value in clock.seconds.items()},
     }
+    return entry if take.refined is None else entry | {"refined": _refined(take.refined)}
+
+
+def _refined(refined: Refined) -> dict:
+    """What a refinement changed, for the report."""
+    sides = {"before": refined.before, "after": refined.after}
+    told = {
+        side: {name: _rounded(value) for name, value in numbers.items()} for side, numbers in sides.items()
+    }
+    return told | {"unsolved_cm": _rounded(refined.unsolved * 100)}
 
 
 def _steps(job: Job, take: Take, first: int, scale: float) -> list[dict]:

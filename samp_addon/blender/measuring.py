@@ -16,6 +16,9 @@ from . import actions, armature, character, read_scene
 GOAL_KEY = "samp_goal"
 """Custom property of an Action: where its take was to end, in Blender's world."""
 
+GROUND_KEY = "samp_ground"
+"""Custom property of an Action: height of the floor that was assumed for it, in a scene that has none."""
+
 TEXT = "SAMP measures"
 
 
@@ -37,8 +40,21 @@ def remembered_goal(action: bpy.types.Action) -> Goal | None:
     return Goal(position, direction, noted["action"])
 
 
-def measure_take(context: bpy.types.Context, name: str = "", action_name: str = "") -> tuple[str, dict]:
-    """Name and measures of a character's Action, the active one if unnamed, against the scene as it is.
+def remember_ground(action: bpy.types.Action, height: float | None) -> None:
+    """Notes with a take's Action the floor that was assumed under it, metres; None where the scene has its own."""
+    if height is not None:
+        action[GROUND_KEY] = float(height)
+
+
+def remembered_ground(action: bpy.types.Action) -> float | None:
+    """The height of the floor noted with an Action, metres."""
+    return action.get(GROUND_KEY)
+
+
+def find_take(
+    context: bpy.types.Context, name: str = "", action_name: str = ""
+) -> tuple[bpy.types.Object, bpy.types.Action]:
+    """A character (see armature.find) and its Action, the active one if unnamed.
 
     Raises SampError where there is no such character or Action.
     """
@@ -48,6 +64,15 @@ def measure_take(context: bpy.types.Context, name: str = "", action_name: str = 
     if action is None:
         wanted = f"There is no Action '{action_name}'" if action_name else f"'{owner.name}' has no Action"
         raise SampError(f"{wanted}; generate or choose a take first.")
+    return owner, action
+
+
+def measure_take(context: bpy.types.Context, name: str = "", action_name: str = "") -> tuple[str, dict]:
+    """Name and measures of a character's Action, the active one if unnamed, against the scene as it is.
+
+    Raises SampError where there is no such character or Action.
+    """
+    owner, action = find_take(context, name, action_name)
     shown = actions.read_motion(owner, action, scene=context.scene)
     people = [thing for thing in context.scene.objects if armature.is_smplx(thing)]
     triangles = read_scene.read_scene(context, people).triangles

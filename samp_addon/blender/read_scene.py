@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -16,6 +17,9 @@ from ..scene.geometry import SceneGeometry
 
 OVERLAY_KEY = "samp_overlay"
 """Custom property of the objects that this add-on draws; they are never part of the scene."""
+
+CUSHION_KEY = "samp_cushion"
+"""Custom property of an object: metres that it yields under a body; 0 where it has none."""
 
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
@@ -38,6 +42,32 @@ def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] =
     """
     left_out = with_dependants(context, exclude)
     return SceneGeometry.from_objects(_gathered(context, lambda owner: owner not in left_out))
+
+
+def cushion_depths(context: bpy.types.Context, names: Iterable[str]) -> np.ndarray:
+    """Metres (N,) that objects of these names yield under a body. Raises SampError for what is no depth."""
+    objects = context.scene.objects
+    return np.array([_cushion(objects[name]) if name in objects else 0.0 for name in names], dtype=np.float64)
+
+
+def _cushion(obj: bpy.types.Object) -> float:
+    """Its own cushion depth, or that of its nearest parent; else the deepest of a collection that it shows."""
+    holder = obj
+    while holder is not None:
+        if CUSHION_KEY in holder:
+            return _depth(holder)
+        holder = holder.parent
+    if obj.instance_type != "COLLECTION" or obj.instance_collection is None:
+        return 0.0
+    shown = (obj.instance_collection, *obj.instance_collection.all_objects)
+    return max((_depth(part) for part in shown if CUSHION_KEY in part), default=0.0)
+
+
+def _depth(holder: bpy.types.ID) -> float:
+    depth = holder[CUSHION_KEY]
+    if not isinstance(depth, int | float) or not math.isfinite(depth) or depth < 0:
+        raise SampError(f"The cushion depth of '{holder.name}' is not a length; set it with Soft Seat.")
+    return float(depth)
 
 
 def read_target(

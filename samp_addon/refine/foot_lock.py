@@ -28,7 +28,7 @@ MOST_DROP = 0.06  # metres the pelvis may sink so that a leg reaches its lock
 
 
 @dataclass(frozen=True)
-class _Foot:
+class Foot:
     side: str
     column: int
 
@@ -45,7 +45,7 @@ class _Foot:
         return skeleton.INDEX[f"{self.side}_hip"]
 
 
-_FEET = tuple(_Foot(side, CONTACTS.index(f"{side}_foot")) for side in ("right", "left"))
+FEET = tuple(Foot(side, CONTACTS.index(f"{side}_foot")) for side in ("right", "left"))
 
 
 def spells(mask: np.ndarray, shortest: int = 3, gap: int = 2) -> list[tuple[int, int]]:
@@ -122,7 +122,7 @@ def _stances(ball: np.ndarray, mask: np.ndarray, fps: float) -> list[tuple[int, 
     return [s for s in out if s[1] - s[0] >= 3]
 
 
-def _spread(offsets: np.ndarray, stances: list[tuple[int, int]], blend: int) -> np.ndarray:
+def spread(offsets: np.ndarray, stances: list[tuple[int, int]], blend: int) -> np.ndarray:
     """Corrections (T, k), given inside the stances, carried smoothly through the swings between them."""
     out = offsets.copy()
     count = len(offsets)
@@ -145,7 +145,7 @@ def _spread(offsets: np.ndarray, stances: list[tuple[int, int]], blend: int) -> 
     return out
 
 
-def _corrections(motion: Motion, foot: _Foot, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _corrections(motion: Motion, foot: Foot, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far each frame's foot has to move (T, 3), and in which frames it stands (T,)."""
     positions, globals_ = motion.forward_kinematics()
     heel, ball = sole_points(positions, globals_, motion.rest_joints, foot.side)
@@ -159,7 +159,7 @@ def _corrections(motion: Motion, foot: _Foot, floor: np.ndarray) -> tuple[np.nda
         offset[start:stop] = lock - positions[start:stop, foot.ball]
         offset[start:stop, 1] = -lowest[start:stop]
         standing[start:stop] = True
-    offset = _spread(offset, stances, blend)
+    offset = spread(offset, stances, blend)
     toes = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1] - floor
     wanted = _clearance(positions[:, foot.ball] + offset, stances, motion.fps)
     lift = np.maximum(wanted - np.minimum(lowest, toes) - offset[:, 1], 0.0)
@@ -179,19 +179,19 @@ def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0) -> Motion:
         raise ValueError("foot lock needs the motion's contacts")
     floor = np.broadcast_to(np.asarray(floor, dtype=np.float64), len(motion))
     positions, _ = motion.forward_kinematics()
-    plans = [(foot, *_corrections(motion, foot, floor)) for foot in _FEET]
-    root = motion.root - np.array([0.0, 1.0, 0.0]) * _pelvis_drop(motion, positions, plans)[:, None]
+    plans = [(foot, *_corrections(motion, foot, floor)) for foot in FEET]
+    root = motion.root - np.array([0.0, 1.0, 0.0]) * pelvis_drop(motion, positions, plans)[:, None]
     rotations = motion.rotations
     for foot, offset, _ in plans:
         target = positions[:, foot.ankle] + offset
         rotations = solve_limb(root, rotations, motion.rest_joints, f"{foot.side}_leg", target)
-    for foot in _FEET:
-        rotations = _bent_toes(root, rotations, motion.rest_joints, foot, floor)
+    for foot in FEET:
+        rotations = bent_toes(root, rotations, motion.rest_joints, foot, floor)
     return replace(motion, root=root, rotations=rotations)
 
 
-def _bent_toes(
-    root: np.ndarray, rotations: np.ndarray, rest: np.ndarray, foot: _Foot, floor: np.ndarray
+def bent_toes(
+    root: np.ndarray, rotations: np.ndarray, rest: np.ndarray, foot: Foot, floor: np.ndarray
 ) -> np.ndarray:
     """Local rotations (T, J, 4) whose toes bend up as far as they would else be in the floor (T,)."""
     positions, globals_ = skeleton.forward_kinematics(root, rotations, rest)
@@ -208,7 +208,7 @@ def _bent_toes(
     return rotations
 
 
-def _pelvis_drop(motion: Motion, positions: np.ndarray, plans: list) -> np.ndarray:
+def pelvis_drop(motion: Motion, positions: np.ndarray, plans: list) -> np.ndarray:
     """How far the pelvis sinks (T,) so that standing feet are in reach, metres."""
     rest = motion.rest_joints
     drop = np.zeros(len(motion))

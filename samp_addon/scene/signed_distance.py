@@ -2,7 +2,8 @@
 
 The sign is that of the winding number, estimated from signed crossings along the six directions of the axes
 (evaluation/collision.py), on faces turned outwards first. Distances are exact at the corners of cells and linear
-between them. Only blocks of cells that somebody asks about are made, and a scene's blocks are kept for the next
+between them; faces inside of the union of all solids, as where a crate stands on the floor, count for nothing.
+Only blocks of cells that somebody asks about are made, and a scene's blocks are kept for the next
 asking. Network frame.
 """
 
@@ -12,6 +13,7 @@ import hashlib
 from collections import OrderedDict
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from ..evaluation.collision import Boxed, SolidGrid, Surface, free_counts
 from .geometry import MINIMUM_AREA, areas
@@ -27,23 +29,27 @@ BAND = 0.12
 TILE = 8
 """Blocks along the edge of a tile, whose cells are told inside from outside together."""
 
+PAD = 12
+"""Cells around a tile in which a way out of its solids is looked for."""
+
 KEPT = 4
 """Scenes whose distances are kept."""
 
 _kept: OrderedDict[tuple, SignedDistance] = OrderedDict()
 
 
-def of(triangles: np.ndarray, free: np.ndarray) -> SignedDistance:
+def of(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> SignedDistance:
     """The distances of triangles (F, 3, 3), those already made where these were asked about before.
 
-    free: (N, 3) places most of which are outside of all solids, see collision.free_counts.
+    free: (N, 3) places most of which are outside of all solids, see collision.free_counts. floor: height under which
+    all is solid, or None.
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.float64)
     turned = outward(triangles)
     outside = tuple(free_counts(Boxed.of(turned), free)) if len(turned) else ()
-    key = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest(), outside
+    key = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest(), outside, floor
     if key not in _kept:
-        _kept[key] = SignedDistance(turned, outside)
+        _kept[key] = SignedDistance(turned, outside, floor)
     _kept.move_to_end(key)
     while len(_kept) > KEPT:
         _kept.popitem(last=False)
@@ -53,9 +59,9 @@ def of(triangles: np.ndarray, free: np.ndarray) -> SignedDistance:
 class SignedDistance:
     """Blocks of (BLOCK + 1)^3 corner values, made as they are asked about."""
 
-    def __init__(self, triangles: np.ndarray, outside: tuple[int, ...]) -> None:
-        """triangles: (F, 3, 3) facing outwards. outside: as collision.free_counts gives it."""
-        self.triangles, self._outside = triangles, list(outside)
+    def __init__(self, triangles: np.ndarray, outside: tuple[int, ...], floor: float | None = None) -> None:
+        """triangles: (F, 3, 3) facing outwards. outside: as collision.free_counts gives it. floor: see of."""
+        self.triangles, self._outside, self._floor = triangles, list(outside), floor
         self._empty = len(triangles) == 0 or float(areas(triangles).sum()) < MINIMUM_AREA
         if self._empty:
             return
@@ -113,16 +119,38 @@ class SignedDistance:
         steps = np.stack(np.meshgrid(*[np.arange(BLOCK + 1)] * 3, indexing="ij"), -1)
         corner = (blocks.min(0) * BLOCK) * CELL + self._low
         local = ((blocks - blocks.min(0)) * BLOCK)[:, None, None, None] + steps
-        shape = local.reshape(-1, 3).max(0) + 1
-        inside = SolidGrid.over(self._scene, corner - CELL / 2, shape, self._outside, CELL).solid
-        inside = inside[tuple(local.reshape(-1, 3).T)]
-        points = corner + local.reshape(-1, 3) * CELL
+        local = local.reshape(-1, 3)
+        solid = self._solid(corner - PAD * CELL, local.max(0) + 1 + 2 * PAD)
+        inside = solid[tuple((local + PAD).T)]
+        points = corner + local * CELL
         near = np.flatnonzero(inside | self._surface.candidates(points, BAND))
         distance = np.full(len(points), BAND)
         distance[near] = np.minimum(
             self._surface.nearest(points[near])[0], np.where(inside[near], np.inf, BAND)
         )
+        if self._floor is not None:
+            distance = np.minimum(distance, np.abs(points[:, 1] - self._floor))
+        if inside.any() and not solid.all():
+            distance[inside] = _seen_from_outside(solid, (local + PAD)[inside], distance[inside])
         return np.where(inside, -distance, distance).reshape(len(blocks), *[BLOCK + 1] * 3).astype(np.float32)
+
+    def _solid(self, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
+        """Which corners (X, Y, Z) from low (3,) on are inside of something, or under the floor."""
+        solid = SolidGrid.over(self._scene, low - CELL / 2, shape, self._outside, CELL).solid
+        if self._floor is not None:
+            under = low[1] + np.arange(shape[1]) * CELL < self._floor - CELL / 1000
+            solid = solid | under[None, :, None]
+        return solid
+
+
+def _seen_from_outside(solid: np.ndarray, at: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Distances (N,) of solid corners at (N, 3) to the surface of all solids together; those of hidden faces mended."""
+    low, high = np.maximum(at.min(0) - PAD, 0), at.max(0) + PAD + 1
+    part = solid[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+    if part.all():
+        return distance
+    away = distance_transform_edt(part)[tuple((at - low).T)] * CELL
+    return np.where(distance < away - 1.75 * CELL, away - CELL / 2, distance)
 
 
 def _trilinear(

@@ -19,6 +19,8 @@ from ..evaluation import collision, metrics
 from ..frames import direction_yaw, yaw_direction
 from ..job import SEATED, Job
 from ..motion import Goal, Motion
+from ..refine import refining
+from ..refine.refining import Refined
 from ..scene import navmesh as navigation
 from ..scene import path as paths
 from ..scene.geometry import SceneGeometry
@@ -70,7 +72,8 @@ class Situation:
 class Take:
     """One generated take. goal: for walks at the standing pelvis' height. waypoints: (N, 3), start first.
 
-    steps: the takes that it was joined from, see sequence.py; empty for a single action.
+    steps: the takes that it was joined from, see sequence.py; empty for a single action. laid_ground: height of the
+    floor that was assumed where the scene has none, or None. refined: what its refinement changed, see refinement.py.
     """
 
     seed: int
@@ -80,6 +83,8 @@ class Take:
     seconds: dict[str, float] = field(default_factory=dict)
     attempts: int = 1
     steps: tuple[Take, ...] = ()
+    laid_ground: float | None = None
+    refined: Refined | None = None
 
 
 @dataclass(frozen=True)
@@ -92,13 +97,14 @@ class Failure:
 
 @dataclass(frozen=True)
 class Tools:
-    """The networks' part, which tests replace.
+    """The networks' part and the optimiser's, which tests replace.
 
-    sample_goals: (triangles, action, count, seed, obstacles) -> goals.
+    sample_goals: (triangles, action, count, seed, obstacles) -> goals. refine: as refine/refining.py has it.
     """
 
     sample_goals: Callable[[np.ndarray, str, int, int, np.ndarray], Sequence[Goal]]
     generate: Callable[[Sequence[Request], Callable[[float], None]], Sequence[Motion | SampError]]
+    refine: Callable[..., Refined] = refining.refine
 
 
 def networks() -> Tools:
@@ -231,7 +237,9 @@ class _Chain:
             if self.job.action not in SEATED:
                 goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
             failed = isinstance(motion, SampError)
-            results[seed] = motion if failed else Take(seed, motion, goal, request.waypoints, {}, number + 1)
+            ground = self.mesh.laid_ground
+            made = Take(seed, motion, goal, request.waypoints, {}, number + 1, laid_ground=ground)
+            results[seed] = motion if failed else made
         return [results[seed] for seed in seeds]
 
     def _request(self, seed: int, noise: int, clock: Clock) -> Request:

@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...samp_addon import skeleton
+from ...samp_addon.body.limits import limits
 from ..mocap import FPS, Clip
 
-# Degrees from the zero pose that no more than a hundredth of the frames may exceed: what the captured people reach in
-# 999 of 1000 frames, and some more.
-LIMITS = {"hip": 145, "knee": 160, "ankle": 80, "foot": 60, "spine1": 60, "spine2": 50, "spine3": 45, "neck": 75,
-          "collar": 40, "head": 90, "shoulder": 140, "elbow": 160, "wrist": 120}  # fmt: skip
-TOO_OFTEN = 0.01
+TOO_OFTEN = 0.01  # share of frames with a joint past its limit
 SLIDE = 0.06  # m/s, mean of the balls of the feet that stand
 JUMP = 12.0  # m/s of any joint
 SETTLING = 3  # frames after a contact begins and before it ends that are not counted
@@ -35,13 +32,8 @@ def fault(clip: Clip) -> str | None:
 
 def past_limits(rotations: np.ndarray) -> np.ndarray:
     """Flags (T,) of frames in which a joint of rotations (T, 22, 4) is turned further than it can be."""
-    angle = 2 * np.degrees(np.arccos(np.clip(np.abs(rotations[..., 0]), 0, 1)))
-    past = np.zeros(len(rotations), bool)
-    for name, limit in LIMITS.items():
-        for side in ("", "left_", "right_"):
-            if side + name in skeleton.INDEX:
-                past |= angle[:, skeleton.INDEX[side + name]] > limit
-    return past
+    angle = 2 * np.arccos(np.clip(np.abs(rotations[..., 0]), 0, 1))
+    return (angle > limits()).any(1)
 
 
 def foot_slide(clip: Clip, positions: np.ndarray) -> float:

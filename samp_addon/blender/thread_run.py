@@ -1,0 +1,82 @@
+"""Long work beside Blender's window: it goes on in a thread while the artist watches, and may stop it.
+
+Only the thread's own arrays are touched there; reading and writing the scene happen where it is called from.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+
+from ..errors import SampError
+
+Progress = Callable[[str, float], None]
+
+
+class Cancelled(Exception):
+    """Raised by a progress function to stop the work."""
+
+
+class ThreadRun:
+    """Work in flight. Start it by making it; look at `done`, `stage` and `share`; then `finish` it."""
+
+    def __init__(
+        self,
+        work: Callable[[Progress], Any],
+        write: Callable[[bpy.types.Context, Any], Any],
+        owner: bpy.types.Object | None = None,
+    ) -> None:
+        """Starts the thread. work: what it does, without Blender. write: what becomes of that in the scene.
+
+        owner: the character that it is for, if there is one yet.
+        """
+        self.stage, self.share = "Starting", 0.0
+        self._write, self._owner = write, owner
+        self._stop = threading.Event()
+        self._made: Any = None
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._work, args=(work,), name="SAMP", daemon=True)
+        self._thread.start()
+
+    @property
+    def done(self) -> bool:
+        """Whether there is something to finish."""
+        return not self._thread.is_alive()
+
+    def stop(self) -> None:
+        """Asks the thread to stop, and waits until it has. Nothing is left behind."""
+        self._stop.set()
+        self._thread.join()
+
+    def finish(self, context: bpy.types.Context) -> Any:
+        """Writes what was made. Raises what the work raised, Cancelled if it was stopped, and SampError where the
+        character is gone."""
+        self._thread.join()
+        if self._stop.is_set():
+            raise Cancelled
+        if self._error is not None:
+            raise self._error
+        if not self._present(context):
+            raise SampError("The character is gone since the work was begun; start again.")
+        return self._write(context, self._made)
+
+    def _work(self, work: Callable[[Progress], Any]) -> None:
+        try:
+            self._made = work(self._progress)
+        except BaseException as error:  # it is raised again where the artist sees it
+            self._error = error
+
+    def _progress(self, stage: str, share: float) -> None:
+        self.stage, self.share = stage, share
+        if self._stop.is_set():
+            raise Cancelled
+
+    def _present(self, context: bpy.types.Context) -> bool:
+        """Whether the character is still there: an undo takes away what Python points to."""
+        try:
+            return self._owner is None or self._owner.name in context.scene.objects
+        except ReferenceError:
+            return False
