@@ -152,7 +152,9 @@ def test_a_cushion_gives(crate):
     """Who is 3 cm in a cushion that gives 4 cm stays there, and comes out of a hard one."""
     motion = standing()
     arms = [skeleton.INDEX[f"{side}_shoulder"] for side in ("left", "right")]
-    motion.rotations[:, arms] = rotation.from_axis_angle(np.array([[0, 0, 0.6], [0, 0, -0.6]]))  # up, out of the way
+    motion.rotations[:, arms] = rotation.from_axis_angle(
+        np.array([[0, 0, 0.6], [0, 0, -0.6]])
+    )  # up, out of the way
     beside = replace(motion, root=motion.root - [0.02, 0.0, 0.0])
     hard, soft = surroundings(crate), surroundings(crate, give=0.04)
     assert 0.02 < depth(beside, hard).max() < 0.04

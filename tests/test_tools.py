@@ -18,7 +18,7 @@ import rooms
 from samp_blender.samp_addon.blender import read_scene, render
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene import navmesh, path, seats
-from samp_blender.training.evaluation import reference, report, sheets, tables, takes
+from samp_blender.training.evaluation import reference, refined, report, sheets, tables, takes
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -87,6 +87,14 @@ def test_evaluation_prints_what_was_measured(tmp_path):
     beside = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
     assert beside[2].startswith("| ours | 2 of 2 | ") and beside[3].startswith("| stuck | 0 of 2 | - | ")
     assert len({line.count("|") for line in beside}) == 1
+
+
+def test_evaluation_tells_what_refining_changed():
+    results = takes.evaluate("sit", 1, 1, [], fakes.TOOLS)
+    mended = refined.mend(results.takes[0], results.scenes[0])
+    assert mended.after["penetration_max_cm"] < mended.before["penetration_max_cm"]
+    text = refined.table("sit", [mended, mended])
+    assert "| seconds for a second of motion |" in text and "2 takes" in text
 
 
 @pytest.mark.skipif(not render.offscreen_works(), reason="no libEGL here")

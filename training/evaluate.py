@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ..samp_addon.synthesis import goals, samp
 from ..samp_addon.synthesis.chain import Tools
-from .evaluation import reference, report, sheets
+from .evaluation import reference, refined, report, sheets
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
@@ -51,6 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--sheets", type=Path, help="folder for contact sheets of 20 random takes of each action"
     )
+    parser.add_argument("--refine", action="store_true", help="refine each take and tell what that changes")
     options = parser.parse_args(arguments)
     versions = dict(tools_of(version) for version in options.versions or [])
     if options.no_planner and versions:
@@ -68,6 +69,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         else:
             results = made()
             told = report.table(action, results, real, pace if action == "sit" else None)
+            if options.refine:
+                pairs = zip(results.takes, results.scenes, strict=True)
+                told += "\n\n" + refined.table(action, [refined.mend(take, scene) for take, scene in pairs])
             if options.sheets is not None:
                 sheets.draw(action, results, options.sheets, SHEETS)
         print(told, flush=True)

@@ -197,7 +197,8 @@ class Surface:
         for k, column in enumerate(self._columns):  # numpy reduces a short last axis slowly
             within &= (column >= low[k]) & (column < high[k])
         marked = np.zeros(shape, bool)
-        marked[tuple(np.floor((self._samples[within] - low) / cell).astype(np.int64).T)] = True
+        cells = np.minimum(((self._samples[within] - low) / cell).astype(np.int64), shape - 1)  # for rounding
+        marked[tuple(cells.T)] = True
         marked = ndimage.binary_dilation(marked, np.ones((3, 3, 3), bool))
         return marked[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
 

@@ -28,7 +28,7 @@ SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", 
 class Results:
     """All takes of an action with their measures, those of the same job together, and how many were not made.
 
-    furniture: the triangles (F, 3, 3) around each take, without the floor.
+    furniture: the triangles (F, 3, 3) around each take, without the floor. scenes: all around each.
     """
 
     takes: list[Take] = field(default_factory=list)
@@ -36,6 +36,7 @@ class Results:
     alike: list[list[Motion]] = field(default_factory=list)
     failed: int = 0
     furniture: list[np.ndarray] = field(default_factory=list)
+    scenes: list[SceneGeometry] = field(default_factory=list)
 
     @property
     def asked(self) -> int:
@@ -104,6 +105,7 @@ def evaluate(
         results.failed += len(failures)
         results.takes += made
         results.furniture += [told.scene.without(("Floor",)).triangles] * len(made)
+        results.scenes += [told.scene] * len(made)
         results.numbers += [
             metrics.measure(take.motion, take.goal, told.scene.triangles, float(take.waypoints[:, 1].min()))
             | {"attempts": take.attempts}
