@@ -38,6 +38,7 @@ bench: venv
 	$(PY) -m $(MODULE).benchmarks.scene
 	$(PY) -m $(MODULE).benchmarks.rollout
 	$(PY) -m $(MODULE).benchmarks.click
+	$(PY) -m $(MODULE).benchmarks.refine
 
 # The papers' measures, on furniture that no training has seen.
 evaluate: venv

@@ -21,7 +21,7 @@ def test_only_motion_net_listens_to_z(name, varies):
 
 
 def test_the_mlp_is_four_layers_of_512():
-    layers = NETWORKS["mlp"]().decoder.layers
+    layers = NETWORKS["mlp"](512).decoder.layers
     assert [(layer.in_features, layer.out_features) for layer in layers] == [
         (SIZE + 256, 512), (512, 512), (512, 512), (512, SIZE)
     ]  # fmt: skip

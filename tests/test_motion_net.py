@@ -12,7 +12,7 @@ def linear_sizes(module):
 @pytest.fixture(scope="module")
 def net():
     torch.manual_seed(3)
-    return MotionNet().eval()
+    return MotionNet(512).eval()
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,6 @@ SOLE_THICKNESS, SOLE_MARGIN = 0.02, -0.012  # soles are put onto the ground afte
 TOUCHING = 0.007  # metres within which skin counts as touching
 ACTIVE = 0.06  # metres from a surface within which a vertex is watched
 TOUCH_FROM = 0.05  # metres from a surface within which skin is drawn to it
-LOOKS_A_SECOND = 15.0  # frames in which the skin is looked at; the changes between are smooth
 ENOUGH = 1e-2  # relative gain below which there is none
 # How much an energy's unit weighs beside the others: metres of all vertices together, counts of vertices, metres of
 # joints, squared radians, squared metres.
@@ -69,6 +68,16 @@ class Watched:
     rests: torch.Tensor
 
 
+@dataclass(frozen=True)
+class Looks:
+    """How closely the scene is looked at: every so many steps, in so many frames a second, for vertices that were once
+    nearer than so many metres. The benchmark compares this with all of everything."""
+
+    every: int = LOOK
+    a_second: float = 15.0  # the changes between are smooth
+    near: float = 1.5 * ACTIVE
+
+
 class Optimiser:
     """One take, or a window of one, and what is changed of it."""
 
@@ -81,12 +90,14 @@ class Optimiser:
         feet: list[FootPlan],
         goal: Goal | None,
         resting: np.ndarray,
+        looks: Looks | None = None,
     ) -> None:
         """weights: of the energies by their names in SCALES. resting: (T,) frames that rest on the goal."""
+        self.looks = looks or Looks()
         self.motion, self.body, self.field, self.weights = motion, body, field, weights
         self.pose = Pose(motion, body)
         self.skin = Skin(body, body.collision)
-        step = max(1, round(motion.fps / LOOKS_A_SECOND))
+        step = max(1, round(motion.fps / self.looks.a_second))
         self.rows = torch.arange(0, len(motion), step)
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
         self.basis = tensor(spline_basis(len(motion), motion.fps))
@@ -127,12 +138,10 @@ class Optimiser:
         adam = Adam([self.root_knots, self.turn_knots], RATES)
         values: list[float] = []
         for step in range(steps):
-            if step % LOOK == 0:
+            if step % self.looks.every == 0:
                 self.look()
                 values.append(float(self.loss(stage).detach()))
-                if len(values) > PATIENCE and min(values[-PATIENCE:]) > (1 - ENOUGH) * min(
-                    values[:-PATIENCE]
-                ):
+                if self._is_done(values):
                     break
             self.loss(stage).backward()
             adam.step(1 - 0.9 * step / steps)
@@ -140,6 +149,11 @@ class Optimiser:
         with torch.no_grad():
             shift, turn = self.changes()
         return shift.numpy().astype(np.float64), turn.numpy().astype(np.float64)
+
+    def _is_done(self, values: Sequence[float]) -> bool:
+        """Whether the losses of the last looks are no better than those before."""
+        waited = PATIENCE * LOOK // self.looks.every
+        return len(values) > waited and min(values[-waited:]) > (1 - ENOUGH) * min(values[:-waited])
 
     def loss(self, stage: int) -> torch.Tensor:
         """All energies with their weights; the first stage leaves the feet's places out."""
@@ -173,10 +187,10 @@ class Optimiser:
         thin = Motion(moved.root[rows], moved.rotations[rows], rest_joints=moved.rest_joints)
         skin = human.skin(self.body, thin, self.body.collision)
         if self.watched is None:
-            self._near = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < 1.5 * ACTIVE)
+            self._near = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.looks.near)
         points = skin.reshape(-1, 3)[self._near]
         distance, way = self.field.at(points)
-        close = distance < ACTIVE
+        close = distance < (ACTIVE if np.isfinite(self.looks.near) else np.inf)
         chosen, points, distance, way = self._near[close], points[close], distance[close], way[close]
         length = np.linalg.norm(way, axis=-1, keepdims=True)
         row, vertex = np.divmod(chosen, skin.shape[1])

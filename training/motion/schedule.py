@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...models.motion_net import HIDDEN
+
 
 @dataclass
 class Schedule:
@@ -20,7 +22,7 @@ class Schedule:
     prior_share: float
     network: str = "motion_net"
     sees_object: bool = True
-    hidden: int = 512
+    hidden: int = HIDDEN
 
     def keep_truth(self, step: int) -> float:
         """Probability that the true state, not the prediction, is the next input."""

@@ -1,0 +1,103 @@
+"""Seconds and memory that refining takes, against the length of a take and the number of vertices, beside a plain
+version of the same energies: every vertex in every frame, the scene looked at in every step, no windows.
+
+``python -m samp_blender.benchmarks.refine``. Each run is a process of its own, so that its memory is its own.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from ..samp_addon.body import human
+from ..samp_addon.job import Job
+from ..samp_addon.motion import Motion
+from ..samp_addon.refine import optimiser, refining
+from ..samp_addon.refine.field import Field
+from ..samp_addon.refine.standing import plan_feet
+from ..samp_addon.scene.geometry import SceneGeometry
+from ..samp_addon.synthesis.chain import Situation, synthesise
+from ..tests import rooms
+
+LENGTHS = (10, 20, 40, 60)  # seconds
+VERTICES = (512, 1024, 2048)
+PLAIN = 5  # seconds of motion that the plain version is given
+
+
+def take() -> tuple[Motion, rooms.Room]:
+    """Somebody who sits down in a room of boxes."""
+    room = rooms.random_room(1, rooms.sofa)
+    pieces = [("Floor", room.floor)] + [(piece.name, piece.triangles) for piece in room.pieces]
+    told = Situation(
+        SceneGeometry.from_objects(pieces),
+        room.target.triangles,
+        (room.target.name,),
+        (room.start, room.start_yaw),
+    )
+    made, _ = synthesise(Job(action="sit", target=room.target.name), told)
+    return made[0].motion, room
+
+
+def long(motion: Motion, seconds: float) -> Motion:
+    """The motion forwards and backwards until it is as long as that."""
+    count = round(seconds * motion.fps) + 1
+    both = np.concatenate([np.arange(len(motion)), np.arange(len(motion) - 2, 0, -1)])
+    rows = np.resize(both, count)
+    return Motion(motion.root[rows], motion.rotations[rows], motion.fps)
+
+
+def run(kind: str, seconds: float, vertices: int) -> None:
+    """One run; prints seconds and the megabytes that it added."""
+    motion, room = take()
+    motion, body = long(motion, seconds), human.load()
+    body = replace(body, collision=body.collision[:: len(body.collision) // vertices])
+    scene = refining.Surroundings(room.triangles, np.zeros(len(room.triangles)), 0.0)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    begun = time.perf_counter()
+    if kind == "plain":
+        _plain(motion, scene, replace(body, collision=np.arange(len(body.vertices))))
+    else:
+        refining.refine(motion, scene, body=body, measured=False)
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    print(f"{time.perf_counter() - begun:.2f} {used / 1024:.0f}")
+
+
+def _plain(motion: Motion, scene: refining.Surroundings, body: human.Human) -> None:
+    """Both stages with every vertex, every frame, a look in every step."""
+    free = human.skin(body, motion, body.collision[::50]).reshape(-1, 3)[::50].astype(np.float64)
+    field = Field(scene.triangles, scene.give, scene.floor, free)
+    weights = {k: v for k, v in asdict(refining.Settings()).items() if k in optimiser.SCALES}
+    every = optimiser.Looks(every=1, a_second=1e9, near=np.inf)
+    for stage in (0, 1):
+        optimiser.Optimiser(
+            motion, body, field, weights, plan_feet(motion, field), None, np.zeros(len(motion)), every
+        ).solve(stage)
+
+
+def main() -> None:
+    """Prints a table; with arguments, one run of it."""
+    if len(sys.argv) > 1:
+        run(sys.argv[1], float(sys.argv[2]), int(sys.argv[3]))
+        return
+    plans = [("ours", seconds, 2048) for seconds in LENGTHS]
+    plans += [("ours", PLAIN, vertices) for vertices in VERTICES] + [("plain", PLAIN, 2048)]
+    for kind, seconds, vertices in plans:
+        told = subprocess.run(
+            [sys.executable, "-m", __spec__.name, kind, str(seconds), str(vertices)],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        took, used = told.stdout.split()[-2:]
+        rate = float(took) / seconds
+        name = "every vertex" if kind == "plain" else f"{vertices} vertices"
+        print(
+            f"{kind}, {seconds} s of motion, {name}: {took} s ({rate:.2f} s a second), {used} MB", flush=True
+        )
+
+
+if __name__ == "__main__":
+    main()
