@@ -17,6 +17,8 @@ from .seat_edge import SeatFront
 
 LAST_STRETCH = 1.2  # metres of way before the goal over which its remaining error is made up
 SMOOTHING = 1.5  # frames of 30 a second
+HARDLY_LOWER = 0.08  # metres by which a seated pelvis is lower than a standing one at least
+PERCHING = 30.0  # frames of 30 a second in which somebody moves back onto a high stool
 SEATED = 0.5  # weight of the action from which the character counts as sitting or lying
 
 
@@ -97,11 +99,13 @@ def _approach_weight(root: np.ndarray) -> np.ndarray:
 
 
 def _lift_weight(motion: Motion) -> np.ndarray:
-    """0 while standing, 1 seated, following the pelvis on its way down (T,)."""
+    """0 while standing, 1 seated, following the pelvis on its way down (T,); on a stool as high as standing, time."""
     height = motion.root[:, 1]
     low = height[-15:].mean()
     high = np.percentile(height[: max(motion.interaction_start, 1)], 50)
-    weight = smoothstep((high - height) / max(high - low, 0.05))
+    if high - low < HARDLY_LOWER:
+        return smoothstep((np.arange(len(motion)) - motion.interaction_start + 15) / PERCHING)
+    weight = smoothstep((high - height) / (high - low))
     weight[: max(motion.interaction_start - 15, 0)] = 0
     return weight
 
