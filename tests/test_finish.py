@@ -1,11 +1,14 @@
 """What is done to a raw rollout: its end on the goal, without a pop; and the route it follows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from samp_blender.samp_addon import frames, rotation
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.synthesis import finish
 from samp_blender.samp_addon.synthesis.route import STANDS_AHEAD, Route
+from samp_blender.samp_addon.synthesis.seat_edge import SeatFront
 
 FRAMES, WALK = 150, 100
 
@@ -82,3 +85,17 @@ def test_route_heights_of_a_climb():
     heights = route.heights(track)
     assert np.allclose(heights, np.clip((track[:, 1] - 1) / 2, 0, 1), atol=0.05)
     assert route.goals[-1][1] == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("sinks", [0.0, 0.05, 0.3])
+def test_who_sits_down_moves_back_however_high_the_seat_is(sinks):
+    motion = glide("sit")
+    root = motion.root.copy()
+    root[:, 1] = 0.93 - (0.93 - root[:, 1]) * sinks / 0.3
+    goal = np.concatenate([root[-1], [0.0, 0.0, 1.0], np.zeros(5)])
+    front = SeatFront(np.array([0.04]), np.array([-np.inf]), STANDS_AHEAD + 0.1)
+    back = finish.sit_back(replace(motion, root=root), goal, front).root
+    assert front.stand_off > 0.05
+    assert back[-1, 2] == pytest.approx(root[-1, 2] - front.stand_off, abs=1e-6)
+    np.testing.assert_allclose(back[: WALK - 20], root[: WALK - 20], atol=1e-9)
+    assert np.abs(np.diff(back[:, 2])).max() < 0.05

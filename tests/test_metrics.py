@@ -8,6 +8,7 @@ from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.evaluation import collision, diversity, feet, metrics
 from samp_blender.samp_addon.motion import Goal, Motion
+from samp_blender.samp_addon.scene import solids
 
 FLOOR = -human.load().floor  # the pelvis' height of the standing default human
 
@@ -167,9 +168,9 @@ def test_the_side_is_right_close_to_a_surface():
     places[:, 1] = 0.1 - depth
     far = np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]])
     points = np.concatenate([places, far])
-    scene = collision.Boxed.of(slab)
-    grid = collision.SolidGrid.build(scene, points, collision.free_counts(scene, far))
-    found, touching = collision._point_depth(points, grid, collision.Surface(slab))
+    scene = solids.Boxed.of(slab)
+    grid = solids.SolidGrid.build(scene, points, solids.free_counts(scene, far))
+    found, touching = collision._point_depth(points, grid, solids.Surface(slab))
     np.testing.assert_allclose(found[:400], np.maximum(depth, 0), atol=1e-4)
     np.testing.assert_array_equal(touching[:400], depth >= -collision.CONTACT_DISTANCE)
 
@@ -221,7 +222,7 @@ def test_exact_distance():
     outside = np.maximum(np.abs(points) - 0.5, 0)
     inside = 0.5 - np.abs(points).max(-1)
     truth = np.where(inside > 0, inside, np.linalg.norm(outside, axis=-1))
-    np.testing.assert_allclose(collision.Surface(solid).nearest(points)[0], truth, atol=1e-3)
+    np.testing.assert_allclose(solids.Surface(solid).nearest(points)[0], truth, atol=1e-3)
 
 
 def test_diversity():

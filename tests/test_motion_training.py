@@ -114,3 +114,10 @@ def _windows_after(data, path):
     other = trainer(data, 0.5)
     other.resume(path)
     return other.draw_windows()
+
+
+def test_a_network_that_shall_not_see_the_object_sees_nothing_of_it(data):
+    schedule = train.Schedule(600, 1e-3, -2.0, -1.0, 0.0, 0.6, 0.5, sees_object=False)
+    net = train.Trainer(data, schedule, batch=4, seed=0).net
+    some, other = torch.rand(2, 2048), torch.zeros(2, 2048)
+    assert torch.allclose(net.normalised_object(some), net.normalised_object(other), atol=0.05)

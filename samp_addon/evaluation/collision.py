@@ -1,211 +1,20 @@
 """Penetration, non-collision and contact of a body with the scene's triangles. Network frame, metres.
 
-The sign comes from the winding number as seen along the six directions of the axes: how many more surfaces
-are left than entered on the way out. Artists' meshes are open (sofas without a bottom, seats of one sheet),
-so a place counts as inside where more than half of the six ways out say so. The distance is exact.
+What is solid, and how far a vertex is from its surface, says scene/solids.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-
 import numpy as np
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from ..body import human
 from ..motion import Motion
-from ..scene.geometry import area_vectors, closest_points, spread_over_surface
-
-PITCH = 0.02
-"""Metres. A point 2 cm deep always lies in a cell whose middle is inside too."""
+from ..scene.solids import MARGIN, PITCH, Boxed, SolidGrid, Surface, free_counts
 
 CONTACT_DISTANCE = 0.01
 DEPTHS = (0.02, 0.05)
 _ROUNDING = 1e-5  # metres; soles that stand on the floor are not under it
-_WAYS = 6
-_SPACING = 0.02
-"""Metres between the surface samples that find the closest triangles."""
-
-_NUDGE = np.array([1.7e-4, 2.9e-4])
-"""Cells by which rays pass beside the cells' middles, so that none runs along an edge."""
-
 _CHUNK_SECONDS = 0.5
-_MARGIN = 0.1
-
-
-@dataclass(frozen=True)
-class Boxed:
-    """Triangles (F, 3, 3) with their bounding boxes, low and high (3, F): asked for parts of them many times."""
-
-    triangles: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    @classmethod
-    def of(cls, triangles: np.ndarray) -> Boxed:
-        """Measures the boxes."""
-        corners = [np.ascontiguousarray(triangles[:, k].T) for k in range(3)]
-        return cls(triangles, np.minimum.reduce(corners), np.maximum.reduce(corners))
-
-    def overlapping(self, low: np.ndarray, high: np.ndarray, axes: Sequence[int] = (0, 1, 2)) -> np.ndarray:
-        """Flags (F,) of the triangles whose boxes come into the box from low (3,) to high (3,) along axes."""
-        flags = np.ones(len(self.triangles), bool)
-        for k in axes:
-            flags &= (self.high[k] >= low[k]) & (self.low[k] <= high[k])
-        return flags
-
-
-def _counts(scene: Boxed, low: np.ndarray, shape: np.ndarray, pitch: float = PITCH) -> Iterator[np.ndarray]:
-    """For each of the six ways how many more surfaces are left than entered from each cell: (X, Y, Z)."""
-    for axis in range(3):
-        crossings = _crossings(scene, low, shape, axis, pitch)
-        onwards = np.flip(np.cumsum(np.flip(crossings, axis), axis, dtype=np.int16), axis)
-        ahead = np.delete(onwards, 0, axis)  # those beyond a cell
-        yield ahead
-        yield ahead - np.take(onwards, [0], axis)  # minus those before it
-
-
-def _grid_over(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Corner (3,) and shape (3,) of a grid of cells that holds points (N, 3)."""
-    low = points.min(0) - _MARGIN
-    return low, np.ceil((points.max(0) + _MARGIN - low) / PITCH).astype(int)
-
-
-def free_counts(scene: Boxed, free: np.ndarray) -> list[int]:
-    """What each of the six ways counts at places (N, 3) most of which are outside of all solids.
-
-    What stands between them and the sky (walls of one sheet, a room modelled as a box) is no solid.
-    """
-    low, shape = _grid_over(free)
-    places = tuple(np.floor((free - low) / PITCH).astype(int).T)
-    return [int(np.median(way[places])) for way in _counts(scene, low, shape)]
-
-
-@dataclass(frozen=True)
-class SolidGrid:
-    """Which cells of a box lie inside the scene. low: (3,) corner; solid: (X, Y, Z) flags; pitch: metres apart."""
-
-    low: np.ndarray
-    solid: np.ndarray
-    pitch: float = PITCH
-
-    @classmethod
-    def build(cls, scene: Boxed, points: np.ndarray, free: Sequence[int]) -> SolidGrid:
-        """Of the scene around points (N, 3); free: see free_counts."""
-        return cls.over(scene, *_grid_over(points), free)
-
-    @classmethod
-    def over(
-        cls, scene: Boxed, low: np.ndarray, shape: np.ndarray, free: Sequence[int], pitch: float = PITCH
-    ) -> SolidGrid:
-        """Of the scene in the box of cells from low (3,); free: see free_counts."""
-        votes = np.zeros(shape, np.int8)
-        for way, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
-            votes += way > outside
-        return cls(low, votes > _WAYS // 2, pitch)
-
-    def inside(self, points: np.ndarray) -> np.ndarray:
-        """Flags (N,) of points (N, 3) in the box."""
-        return self.solid[tuple(np.floor((points - self.low) / self.pitch).astype(np.int64).T)]
-
-
-def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int, pitch: float) -> np.ndarray:
-    """Surfaces that lines through the cells' middles cross along one axis: +1 where a line leaves a solid.
-
-    Shape (X, Y, Z) with one more along the axis: entry k counts the crossings between middles k - 1 and k.
-    """
-    u, v = (axis + 1) % 3, (axis + 2) % 3
-    met = np.flatnonzero(scene.overlapping(low, low + shape * pitch, (u, v)))
-    triangles = scene.triangles[met]
-    lowest, highest = ((box[[u, v]][:, met].T - low[[u, v]]) / pitch - 0.5 for box in (scene.low, scene.high))
-    flat = (triangles[:, :, [u, v]] - low[[u, v]]) / pitch - 0.5  # cell middles at whole numbers
-    first = np.maximum(
-        np.ceil(lowest - _NUDGE).astype(np.int64), 0
-    )  # the middles are nudged into the triangle
-    last = np.minimum(np.floor(highest).astype(np.int64), shape[[u, v]] - 1)
-    span = np.maximum(last - first + 1, 0)
-    count = span[:, 0] * span[:, 1]
-    which = np.repeat(np.arange(len(triangles)), count)
-    order = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    width = span[which, 1]
-    at = np.stack(
-        [first[which, 0] + order // np.maximum(width, 1), first[which, 1] + order % np.maximum(width, 1)], -1
-    )
-    a, b, c = (flat[which, k] for k in range(3))
-    twice = _cross(b - a, c - a)
-    sides = (_edge(a, b, at), _edge(b, c, at), _edge(c, a, at))
-    turned = np.sign(twice)
-    hit = (turned != 0) & (sides[0] * turned > 0) & (sides[1] * turned > 0) & (sides[2] * turned > 0)
-    which, at, turned, twice = which[hit], at[hit], turned[hit], twice[hit]
-    along = (triangles[which][:, :, axis] - low[axis]) / pitch - 0.5
-    weights = np.stack([sides[1][hit], sides[2][hit], sides[0][hit]], -1) / twice[:, None]
-    height = np.clip(np.ceil((along * weights).sum(-1)), 0, shape[axis]).astype(np.int64)
-    size = shape.copy()
-    size[axis] += 1
-    cell = np.empty((len(which), 3), np.int64)
-    cell[:, axis], cell[:, u], cell[:, v] = height, at[:, 0], at[:, 1]
-    flat_index = np.ravel_multi_index(tuple(cell.T), tuple(size))
-    counts = np.bincount(flat_index, weights=turned, minlength=int(np.prod(size)))
-    return counts.astype(np.int16).reshape(size)
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _edge(start: np.ndarray, end: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """On which side of an edge a cell's middle lies. The middles are nudged: no edge may run through one."""
-    nudged = at + _NUDGE
-    return _cross(end - start, nudged - start)
-
-
-class Surface:
-    """Exact distances to triangles (F, 3, 3)."""
-
-    def __init__(self, triangles: np.ndarray) -> None:
-        area = np.linalg.norm(area_vectors(triangles), axis=-1)
-        count = int(np.clip(area.sum() / _SPACING**2, 1000, 2_000_000))
-        self._samples, self._owners = spread_over_surface(triangles, count, area)
-        self._columns = np.ascontiguousarray(self._samples.T)
-        self._tree = cKDTree(self._samples, balanced_tree=False, compact_nodes=False)
-        self._triangles = triangles
-
-    def nearest(
-        self, points: np.ndarray, neighbours: int = 4, reach: float = np.inf
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Distances (N,) of points (N, 3) in metres, infinite beyond reach, and the closest places (N, 3)."""
-        near, index = self._tree.query(points, k=neighbours, distance_upper_bound=reach + 2 * _SPACING)
-        result, places = np.full(len(points), np.inf), points.copy()
-        some = np.flatnonzero(np.isfinite(near[:, 0]))
-        for k in range(neighbours):
-            rows = some[np.isfinite(near[some, k])]
-            triangles = self._triangles[self._owners[index[rows, k]]]
-            closest = closest_points(points[rows], triangles)
-            gap = np.linalg.norm(closest - points[rows], axis=-1)
-            better = gap < result[rows]
-            result[rows[better]], places[rows[better]] = gap[better], closest[better]
-        return np.where(result <= reach, result, np.inf), places
-
-    def candidates(self, points: np.ndarray, reach: float = PITCH) -> np.ndarray:
-        """Flags (N,) of points (N, 3) among which all are that lie within reach of the surface; quick."""
-        low, cell = points.min(0) - _MARGIN - reach, max(2 * _SPACING, reach)
-        shape = np.ceil((points.max(0) + _MARGIN + reach - low) / cell).astype(int)
-        high = low + shape * cell
-        within = np.ones(len(self._samples), bool)
-        for k, column in enumerate(self._columns):  # numpy reduces a short last axis slowly
-            within &= (column >= low[k]) & (column < high[k])
-        marked = np.zeros(shape, bool)
-        cells = np.minimum(((self._samples[within] - low) / cell).astype(np.int64), shape - 1)  # for rounding
-        marked[tuple(cells.T)] = True
-        marked = ndimage.binary_dilation(marked, np.ones((3, 3, 3), bool))
-        return marked[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
-
-
-def near_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Triangles that come into the box from low (3,) to high (3,)."""
-    return triangles[((triangles.max(1) >= low) & (triangles.min(1) <= high)).all(-1)]
 
 
 def body_depth(
@@ -252,7 +61,7 @@ def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[
     """Depth and touch flags (T, V) of vertices (T, V, 3), by chunks of frames: their boxes are small."""
     depth, touching = np.zeros(vertices.shape[:2]), np.zeros(vertices.shape[:2], bool)
     scene = Boxed.of(triangles)
-    low, high = vertices.min((0, 1)) - _MARGIN, vertices.max((0, 1)) + _MARGIN
+    low, high = vertices.min((0, 1)) - MARGIN, vertices.max((0, 1)) + MARGIN
     close = triangles[scene.overlapping(low, high)]
     if not len(close):
         return depth, touching
@@ -260,7 +69,7 @@ def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[
     for start in range(0, len(vertices), chunk):
         part = slice(start, start + chunk)
         points = vertices[part].reshape(-1, 3)
-        low, high = points.min(0) - _MARGIN, points.max(0) + _MARGIN
+        low, high = points.min(0) - MARGIN, points.max(0) + MARGIN
         if not scene.overlapping(low, high).any():
             continue
         grid = SolidGrid.build(scene, points, free)

@@ -16,7 +16,7 @@ from .inverse_kinematics import STRETCH, at_height, solve_limb
 BALL_HEIGHT = 0.0276  # of the ball joint over the sole, default human, metres
 HEEL_BACK = 0.045  # from the ankle joint to the heel, metres
 TOE_AHEAD = 0.06  # from the ball joint to the tip of the toes, metres
-CLEARANCE = 0.032  # metres between the sole of a swinging foot and the floor
+CLEARANCE = 0.036  # metres between the sole of a swinging foot and the floor
 FULL_STEP = 0.25  # metres of way from which a step has all of the clearance; shorter ones have less
 LOW = 0.01  # metres of wanted clearance under which a lift fades out
 RISE = 5.0  # frames at 30 fps in which a foot gets there, and comes down again

@@ -13,8 +13,9 @@ from ..body import human
 from ..body.human import Human
 from ..easing import smoothstep
 from ..errors import SampError
-from ..evaluation import collision, metrics
+from ..evaluation import metrics
 from ..motion import Goal, Motion
+from ..scene import solids
 from .field import Field
 from .standing import FootPlan, lowest_ground, plan_feet, stand
 
@@ -193,7 +194,7 @@ def _require_sound(motion: Motion) -> None:
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
     """What the character may touch. Raises SampError where nothing is near."""
     low, high = motion.root.min(0) - 1.2 - REACH, motion.root.max(0) + 1.2 + REACH
-    near = collision.near_box(surroundings.triangles, low, high)
+    near = solids.near_box(surroundings.triangles, low, high)
     if not len(near):
         raise SampError(
             "Nothing stands within a metre of the character; show the furniture and the floor, or refine elsewhere."

@@ -1,7 +1,7 @@
 """Signed distance of an artist's scene: metres to the nearest surface, negative inside of things.
 
 The sign is that of the winding number, estimated from signed crossings along the six directions of the axes
-(evaluation/collision.py), on faces turned outwards first. Distances are exact at the corners of cells and linear
+(solids.py), on faces turned outwards first. Distances are exact at the corners of cells and linear
 between them; faces inside of the union of all solids, as where a crate stands on the floor, count for nothing.
 Only blocks of cells that somebody asks about are made, and a scene's blocks are kept for the next
 asking. Network frame.
@@ -15,9 +15,9 @@ from collections import OrderedDict
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from ..evaluation.collision import Boxed, SolidGrid, Surface, free_counts
 from .geometry import MINIMUM_AREA, areas
 from .orientation import outward
+from .solids import Boxed, SolidGrid, Surface, free_counts
 
 CELL = 0.02
 BLOCK = 8
@@ -41,7 +41,7 @@ _kept: OrderedDict[tuple, SignedDistance] = OrderedDict()
 def of(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> SignedDistance:
     """The distances of triangles (F, 3, 3), those already made where these were asked about before.
 
-    free: (N, 3) places most of which are outside of all solids, see collision.free_counts. floor: height under which
+    free: (N, 3) places most of which are outside of all solids, see solids.free_counts. floor: height under which
     all is solid, or None.
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.float64)
@@ -60,7 +60,7 @@ class SignedDistance:
     """Blocks of (BLOCK + 1)^3 corner values, made as they are asked about."""
 
     def __init__(self, triangles: np.ndarray, outside: tuple[int, ...], floor: float | None = None) -> None:
-        """triangles: (F, 3, 3) facing outwards. outside: as collision.free_counts gives it. floor: see of."""
+        """triangles: (F, 3, 3) facing outwards. outside: as solids.free_counts gives it. floor: see of."""
         self.triangles, self._outside, self._floor = triangles, list(outside), floor
         self._empty = len(triangles) == 0 or float(areas(triangles).sum()) < MINIMUM_AREA
         if self._empty:

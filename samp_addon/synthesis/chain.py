@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import SampError
-from ..evaluation import collision, metrics
+from ..evaluation import metrics
 from ..frames import direction_yaw, yaw_direction
 from ..job import SEATED, Job
 from ..motion import Goal, Motion
@@ -23,6 +23,7 @@ from ..refine import refining
 from ..refine.refining import Refined
 from ..scene import navmesh as navigation
 from ..scene import path as paths
+from ..scene import solids
 from ..scene.geometry import SceneGeometry
 from ..scene.seats import infer_front_yaw
 from .request import Request
@@ -299,7 +300,7 @@ class _Chain:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.situation.target, self.situation.scene.without(self.situation.parts)
         low, high = target.min((0, 1)) - SURROUNDINGS, target.max((0, 1)) + SURROUNDINGS
-        return collision.near_box(others.triangles, low, high)
+        return solids.near_box(others.triangles, low, high)
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """A place on the floor; its direction is zero where none is asked for."""

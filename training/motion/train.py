@@ -26,6 +26,7 @@ WINDOW = 60  # frames of a rollout, L of section B.3
 LOSS_WEIGHTS = ((state.GOAL, 0.02), (state.FUTURE, 0.3), (state.GOAL_TRAJECTORY, 0.5))
 LEAST_CHANGE = 0.002  # the same of the change that the decoder tells
 ROBUST = 1.0  # standard deviations beyond which an error counts by its size, not its square
+BLIND = 1e4  # by which the object's numbers are put out of sight for the ablation
 LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
 EMA = 0.98
 EMA_EVERY = 10
@@ -74,8 +75,10 @@ class Trainer:
             std = values.std(0)
             floor = {"object": 1e-4, "input": LEAST_STD, "target": LEAST_CHANGE}[name]
             std = torch.where(std < 1e-5, torch.ones_like(std), std.clamp(min=floor))
-            getattr(self.net, f"{name}_mean").copy_(values.mean(0))
-            getattr(self.net, f"{name}_std").copy_(std)
+            # So far away and so large that every object looks the same, in training and at run time.
+            blind = BLIND if name == "object" and not self.schedule.sees_object else 1.0
+            getattr(self.net, f"{name}_mean").copy_(values.mean(0) * blind)
+            getattr(self.net, f"{name}_std").copy_(std * blind)
 
     def draw_windows(self) -> np.ndarray:
         """First frames (B,) of the next rollouts, balanced over the kinds."""
@@ -94,7 +97,7 @@ class Trainer:
         for t in range(WINDOW):
             y = self._states(self.data.targets, at)
             features = self.data.object_features(at).to(self.device)
-            predicted, parts = self._step(x, y, features if self.schedule.sees_object else 0 * features)
+            predicted, parts = self._step(x, y, features)
             for name in sums:
                 sums[name] += parts[name] / WINDOW
             x, at = self._next_input(predicted, at + 1, first + t + 1, eager, reach)
