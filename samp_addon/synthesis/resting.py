@@ -41,6 +41,7 @@ WALL = 0.05  # metres over the seat or mattress from which on things are left as
 BELOW = 0.15  # metres under it down to which a joint may be in a wall
 SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limbs give way
 SOLE = 0.01  # metres that a sole keeps off a wall
+UPRIGHT = 0.15  # metres over the seated pelvis from which somebody stands
 SHIN_STEP = 0.06  # of a shin, between two looks for a wall
 SHIN = 0.05  # metres from the middle of a shin to its skin
 MOST_BESIDE = 0.3  # metres by which a body keeps off
@@ -120,6 +121,9 @@ class RestingTop:
         near = np.linalg.norm(motion.root[:, [0, 2]] - goal[[0, 2]], axis=-1) < REACH
         if self.action == "lie":
             motion = self._on_top(self._beside(motion, near), near)
+        else:
+            # Who turns in front of a seat does not stand in it; who sinks onto it may.
+            motion = self._beside(motion, near & (motion.root[:, 1] > self.level + SEAT_TO_PELVIS + UPRIGHT))
         for upper, lower, thick in BONES[self.action]:
             sideways = upper not in skeleton.INDEX  # the trunk's bones have no sides and stay in their middle
             for side in ("right_", "left_") if sideways else ("",):
