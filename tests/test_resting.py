@@ -148,3 +148,13 @@ def test_a_hanging_leg_beside_the_bed_is_left_as_it_is():
     before, after = (m.forward_kinematics()[0][:10] for m in (motion, mended))
     assert np.abs(mended.rotations[36] - motion.rotations[36]).max() > 1e-3, "or there is nothing to mend"
     assert np.abs(after - before).max() < 2e-3
+
+
+@pytest.mark.parametrize("height, moves", [(0.93, True), (SEAT + SEAT_TO_PELVIS + 0.05, False)])
+def test_who_stands_in_a_bench_is_put_before_it_and_who_sits_is_left(height, moves):
+    """Legs 12 cm behind the bench's front edge."""
+    motion = held(SIT, HANGING, (0.0, height - SIT.position[1], 0.18))
+    cleared = top(BENCH, SIT).cleared(motion, row(SIT))
+    forward = cleared.root[FRAMES // 2] - motion.root[FRAMES // 2]
+    assert (forward[2] > 0.12) == moves and abs(forward[0]) < 0.02
+    assert (forward[2] < 0.01) != moves
