@@ -27,7 +27,12 @@ if TYPE_CHECKING:
 ARRIVED = 0.2  # metres from the goal
 STILL = 0.25  # m/s of the pelvis: a seated body still shifts
 SINKING = 0.06  # m/s of the pelvis' height: who still sinks or rises does not sit yet
-PACES = {"walk": 1.25, "run": 2.4, "sit": 1.15, "lie": 1.15}  # m/s on a free stretch; furniture is walked up to slowly
+PACES = {
+    "walk": 1.25,
+    "run": 2.4,
+    "sit": 1.15,
+    "lie": 1.15,
+}  # m/s on a free stretch; furniture is walked up to slowly
 SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
 GRACE = 10.0  # seconds on top, for turning, sitting down and settling
 LYING_DOWN = 6.0  # seconds more to lie down
