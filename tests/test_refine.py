@@ -14,6 +14,7 @@ from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.refine import energies, pose, refining
 from samp_blender.samp_addon.refine.field import Field
 from samp_blender.samp_addon.refine.refining import Settings, Surroundings, refine
+from samp_blender.samp_addon.refine.standing import plan_feet
 
 FLOOR = rooms.box(np.array([-4.0, -0.1, -4.0]), np.array([4.0, 0.0, 4.0]))
 
@@ -256,3 +257,14 @@ def test_a_floor_that_is_a_plane_is_solid_below():
     made = refine(sunk, Surroundings(plane, np.zeros(2)))
     assert feet.measures(made.motion)["foot_depth_cm"] < 0.1
     assert made.before["penetration_max_cm"] > 2.5 and made.after["penetration_max_cm"] < 0.1
+
+
+def test_feet_that_left_the_ground_stay_finite():
+    """A plan that is made again after the ground went out of reach."""
+    motion = standing(1.0)
+    field = Field(surroundings().triangles, surroundings().give, 0.0, np.array([[0.0, 2.0, 0.0]]))
+    up = replace(motion, root=motion.root + [0.0, 0.5, 0.0])
+    again = plan_feet(up, field, plan_feet(motion, field))
+    for plan in again:
+        assert plan.standing.all() and np.isfinite(plan.ankle).all() and np.isfinite(plan.turned).all()
+        assert np.abs(plan.ankle[:, 1] - 0.5).max() < 0.15

@@ -250,23 +250,9 @@ def _pin(
     """Writes a stance into the plan's ankle places and quaternions: whole foot still while flat, rolling about heel or
     ball before and after."""
     first, last = stance.first, stance.last
-    middle = [end[first:last].mean(0) for end in ends]
+    a, b = stance.flat or (first, first)
     if stance.flat is not None:
-        a, b = stance.flat
-        still = rotation.normalise(rotation.continuous(facing[a:b]).mean(0))
-        normal = np.mean([ground[1][a:b].mean(0) for ground in grounds], axis=0)
-        own_up = rotation.rotate(still[None], np.array([[0.0, 1.0, 0.0]]))
-        tilt = rotation.to_axis_angle(rotation.between(own_up, normal[None] / np.linalg.norm(normal)))[0]
-        angle = np.linalg.norm(tilt)
-        tilt *= min(1.0, MOST_TILT / max(angle, 1e-9))
-        still = rotation.multiply(rotation.from_axis_angle(tilt[None]), still[None])[0]
-        corners = rotation.rotate(np.stack([still, still]), np.stack(sole))
-        where = np.mean([end[a:b] for end in ends], axis=(0, 1)) - corners.mean(0)
-        heights = [np.nanmean(ground[0][a:b]) for ground in grounds]
-        where[1] = (
-            np.nanmean([height - corner[1] for height, corner in zip(heights, corners, strict=True)]) + OVER
-        )
-        middle = [where + corner for corner in corners]
+        still, where, middle = _flat_foot(slice(a, b), facing, ends, grounds, sole)
         own = facing[first:last].copy()
         for t in range(first, last):
             # Before and after it is flat the foot rolls as it did, from where it stands.
@@ -275,20 +261,45 @@ def _pin(
             facing[t] = still if a <= t < b else rotation.multiply(roll, still)
         place[a:b] = where
     else:
-        for k in (0, 1):
-            height = (
-                np.nanmean(grounds[k][0][first:last])
-                if np.isfinite(grounds[k][0][first:last]).any()
-                else np.nan
-            )
-            low = ends[k][first:last, 1].min()
-            middle[k][1] = max(low, height + OVER) if np.isfinite(height) else low
-    for t in range(first, last):
-        if stance.flat is not None and stance.flat[0] <= t < stance.flat[1]:
-            continue
+        part = slice(first, last)
+        middle = [end[part].mean(0) for end in ends]
+        for at, end, ground in zip(middle, ends, grounds, strict=True):
+            low = end[part, 1].min()
+            at[1] = max(low, _height(ground, part, low) + OVER)
+    for t in [*range(first, a), *range(b, last)]:
         corners = rotation.rotate(np.stack([facing[t], facing[t]]), np.stack(sole))
         pivot = int(corners[1, 1] < corners[0, 1])
         place[t] = middle[pivot] - corners[pivot]
+
+
+def _flat_foot(
+    part: slice,
+    facing: np.ndarray,
+    ends: list[np.ndarray],
+    grounds: list[tuple[np.ndarray, np.ndarray]],
+    sole: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """How a foot stands still on what is under it in some frames: the ankle's quaternion (4,) and place (3,), and the
+    places of heel and ball."""
+    still = rotation.normalise(rotation.continuous(facing[part]).mean(0))
+    normal = np.mean([ground[1][part].mean(0) for ground in grounds], axis=0)
+    length = np.linalg.norm(normal)
+    normal = normal / length if length > 0.5 else np.array([0.0, 1.0, 0.0])  # no ground was near
+    own_up = rotation.rotate(still[None], np.array([[0.0, 1.0, 0.0]]))
+    tilt = rotation.to_axis_angle(rotation.between(own_up, normal[None]))
+    tilt *= min(1.0, MOST_TILT / max(float(np.linalg.norm(tilt)), 1e-9))
+    still = rotation.multiply(rotation.from_axis_angle(tilt), still[None])[0]
+    corners = rotation.rotate(np.stack([still, still]), np.stack(sole))
+    where = np.mean([end[part] for end in ends], axis=(0, 1)) - corners.mean(0)
+    heights = [_height(ground, part, end[part, 1].mean()) for ground, end in zip(grounds, ends, strict=True)]
+    where[1] = np.mean([height - corner[1] for height, corner in zip(heights, corners, strict=True)]) + OVER
+    return still, where, [where + corner for corner in corners]
+
+
+def _height(ground: tuple[np.ndarray, np.ndarray], part: slice, otherwise: float) -> float:
+    """Mean height of the ground in some frames; that of the foot itself where no ground was near."""
+    height = ground[0][part]
+    return float(np.nanmean(height)) if np.isfinite(height).any() else float(otherwise)
 
 
 def _lift(motion: Motion, plan: FootPlan, ankle: np.ndarray, turned: np.ndarray, field: Field) -> np.ndarray:
