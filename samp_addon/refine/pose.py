@@ -77,8 +77,8 @@ class Pose:
         turned, placed = [local[:, :1]], [(self.root + shift)[:, None]]
         for level, joints in enumerate(self.levels[1:], start=1):
             parents = [int(skeleton.PARENTS[j]) for j in joints]
-            rows = [where[p][1] for p in parents]
-            above, at = turned[level - 1][:, rows], placed[level - 1][:, rows]
+            rows = torch.tensor([where[p][1] for p in parents])
+            above, at = turned[level - 1].index_select(1, rows), placed[level - 1].index_select(1, rows)
             bones = self.rest[joints] - self.rest[parents]
             turned.append(above @ local[:, joints])
             placed.append(at + (above @ bones[..., None])[..., 0])
@@ -90,9 +90,12 @@ class Pose:
     def transforms(self, placed: torch.Tensor, turned: torch.Tensor, frames: torch.Tensor) -> torch.Tensor:
         """(N, 55, 3, 4): where all joints of some frames (N,) take points that are given about them."""
         anchor = torch.as_tensor(self.anchor)
-        held = turned[frames][:, anchor]
+        held = turned.index_select(0, frames).index_select(1, anchor)
         matrices = held @ self.carried[frames]
-        places = placed[frames][:, anchor] + (held @ self.carried_at[frames][..., None])[..., 0]
+        places = (
+            placed.index_select(0, frames).index_select(1, anchor)
+            + (held @ self.carried_at[frames][..., None])[..., 0]
+        )
         return torch.cat([matrices, places[..., None]], -1)
 
 
@@ -118,7 +121,8 @@ class Skin:
         """Places (N, 3) of vertices (N,) with the transforms (T, 55, 3, 4) of rows (N,)."""
         flat = transforms.flatten(0, 1).flatten(1)
         index = rows[:, None] * transforms.shape[1] + self.carriers[vertices]
-        carried = flat[index].unflatten(-1, (3, 4))
+        # Gradients of plain indexing are summed by several threads in no certain order; a take would not repeat.
+        carried = flat.index_select(0, index.flatten()).unflatten(0, index.shape).unflatten(-1, (3, 4))
         return (carried * self.points[vertices][:, :, None]).sum((1, 3))
 
 
