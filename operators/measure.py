@@ -22,10 +22,7 @@ class SAMP_OT_measure(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode not in {"OBJECT", "POSE"}:
-            cls.poll_message_set("Go to Object or Pose Mode first")
-            return False
-        return True
+        return outcome.in_object_or_pose_mode(cls, context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self._measure(context))

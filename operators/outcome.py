@@ -24,3 +24,11 @@ def run(
     if message:
         operator.report({"INFO"}, message)
     return set(finished)
+
+
+def in_object_or_pose_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether an operator that works in these two modes can run; its tooltip says why not."""
+    if context.mode not in {"OBJECT", "POSE"}:
+        operator.poll_message_set("Go to Object or Pose Mode first")
+        return False
+    return True

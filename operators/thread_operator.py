@@ -25,10 +25,7 @@ class ThreadOperator:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode not in {"OBJECT", "POSE"}:
-            cls.poll_message_set("Go to Object or Pose Mode first")
-            return False
-        return True
+        return outcome.in_object_or_pose_mode(cls, context)
 
     def at_once(self, context: bpy.types.Context) -> object:
         """Does the work; returns what `told` needs."""

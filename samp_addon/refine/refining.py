@@ -172,7 +172,7 @@ def _optimised(
     return changed(motion, shift, turn)
 
 
-def _cut(motion: Motion, part: slice) -> Motion:
+def _cut(motion: Motion, part: slice | np.ndarray) -> Motion:
     return Motion(motion.root[part], motion.rotations[part], motion.fps, rest_joints=motion.rest_joints)
 
 
@@ -201,15 +201,11 @@ def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
         )
     rows = np.linspace(0, len(motion) - 1, min(len(motion), 16)).astype(int)
     few = body.collision[:: max(1, len(body.collision) * len(rows) // SOME // 8)]
-    free = human.skin(body, _rows(motion, rows), few).reshape(-1, 3).astype(np.float64)
+    free = human.skin(body, _cut(motion, rows), few).reshape(-1, 3).astype(np.float64)
     field_ = Field(surroundings.triangles, surroundings.give, surroundings.floor, free)
     floor = lowest_ground(motion, field_) if surroundings.floor is None else None
     # Most floors are planes, which have no inside of their own.
     return field_ if floor is None else Field(surroundings.triangles, surroundings.give, floor, free)
-
-
-def _rows(motion: Motion, rows: np.ndarray) -> Motion:
-    return Motion(motion.root[rows], motion.rotations[rows], motion.fps, rest_joints=motion.rest_joints)
 
 
 def _told(
