@@ -70,6 +70,14 @@ class Motion:
             interaction_start=None if start is None else min(int(round(start * fps / self.fps)), count - 1),
         )
 
+    def smoothed(self, sigma: float) -> Motion:
+        """The same motion under a Gaussian over time, sigma in frames; contacts and actions as they are."""
+        from scipy.ndimage import gaussian_filter1d  # slow to import, and this module is read at registration
+
+        quats = gaussian_filter1d(rotation.continuous(self.rotations), sigma, axis=0, mode="nearest")
+        root = gaussian_filter1d(self.root, sigma, axis=0, mode="nearest")
+        return replace(self, root=root, rotations=rotation.normalise(quats))
+
 
 @dataclass(frozen=True)
 class Goal:

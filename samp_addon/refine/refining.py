@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from .. import rotation, skeleton
 from ..body import human
@@ -111,9 +110,7 @@ def smoothed(motion: Motion, weight: float) -> Motion:
     sigma = SMOOTHED * weight * motion.fps / 30
     if sigma < 0.1 or len(motion) < 3:
         return motion
-    quats = gaussian_filter1d(rotation.continuous(motion.rotations), sigma, axis=0, mode="nearest")
-    root = gaussian_filter1d(motion.root, sigma, axis=0, mode="nearest")
-    return replace(motion, root=root, rotations=rotation.normalise(quats))
+    return motion.smoothed(sigma)
 
 
 def blended(motion: Motion, refined: Motion, share: float) -> Motion:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from .. import frames, rotation
 from ..easing import smoothstep
@@ -63,9 +62,7 @@ def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:
 
 def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:
     """The motion without the network's tremble: a Gaussian over time, sigma in frames, before the feet are locked."""
-    quats = gaussian_filter1d(rotation.continuous(motion.rotations), sigma, axis=0, mode="nearest")
-    root = gaussian_filter1d(motion.root, sigma, axis=0, mode="nearest")
-    return replace(motion, root=root, rotations=rotation.normalise(quats))
+    return motion.smoothed(sigma)
 
 
 def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
