@@ -42,6 +42,14 @@ def contact(distance: torch.Tensor, near: float, frames: int) -> torch.Tensor:
     return (square / (square + CONTACT_SCALE**2)).sum() / frames
 
 
+def held(distance: torch.Tensor, near: float, frames: int) -> torch.Tensor:
+    """E_cont's other half: metres by which the nearest vertices (N,), one of each frame, are farther off than near.
+
+    Geman-McClure's error lets go of what is far; of a body that is carried, some part touches.
+    """
+    return torch.relu(distance - near).sum() / frames
+
+
 def smoothness(displacement: torch.Tensor) -> torch.Tensor:
     """E_smooth, equation 7, of how vertices or joints (T, V, 3) are displaced from the take that is refined.
 

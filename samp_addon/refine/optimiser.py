@@ -21,6 +21,7 @@ from . import energies
 from .field import Field
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
 from .standing import FootPlan, ball
+from .weight import carried
 
 STEPS = (40, 80)  # of the two stages
 LOOK = 10  # steps between two looks at the scene
@@ -32,6 +33,7 @@ MARGIN = 0.006  # metres that skin keeps off things
 SOLE_THICKNESS, SOLE_MARGIN = 0.02, -0.012  # soles are put onto the ground afterwards, see standing.py
 TOUCHING = 0.007  # metres within which skin counts as touching
 ACTIVE = 0.06  # metres from a surface within which a vertex is watched
+HELD = 200.0  # vertices that weigh as much as a metre between a body and what carries it
 TOUCH_FROM = 0.05  # metres from a surface within which skin is drawn to it
 ENOUGH = 1e-2  # relative gain below which there is none
 # How much an energy's unit weighs beside the others: metres of all vertices together, counts of vertices, metres of
@@ -58,7 +60,8 @@ _FEET = [skeleton.INDEX[f"{side}_{name}"] for name in ("ankle", "foot") for side
 @dataclass
 class Watched:
     """Vertices near things. row, vertex: (N,) frame number among those looked at, and vertex. place, way: (N, 3) where
-    it was seen and the way out; distance: (N,). rests: (N,) flags of skin that rests on things."""
+    it was seen and the way out; distance: (N,). rests: (N,) flags of skin that rests on things. nearest: numbers
+    among the N of the nearest in each frame that something has to carry."""
 
     row: torch.Tensor
     vertex: torch.Tensor
@@ -66,6 +69,7 @@ class Watched:
     way: torch.Tensor
     distance: torch.Tensor
     rests: torch.Tensor
+    nearest: torch.Tensor
 
 
 @dataclass(frozen=True)
@@ -121,6 +125,7 @@ class Optimiser:
             else [0]
         )
         self.still = torch.tensor(np.asarray(speed) < STILL)[self.rows]
+        self.carried = carried(motion)[self.rows.numpy()]
         with torch.no_grad():
             none = torch.zeros(len(motion), 3), torch.zeros(len(motion), skeleton.BODY_COUNT, 3)
             self.before, _ = self.pose.joints(*none)
@@ -164,7 +169,8 @@ class Optimiser:
         distance = watched.distance + ((skin - watched.place) * watched.way).sum(-1)
         parts = {
             "collision": energies.collision(distance, self.margin[watched.vertex], frames),
-            "contact": energies.contact(distance[watched.rests], TOUCHING, frames),
+            "contact": energies.contact(distance[watched.rests], TOUCHING, frames)
+            + HELD * energies.held(distance.index_select(0, watched.nearest), TOUCHING, frames),
             "smooth": energies.smoothness(placed - self.before) * self.motion.fps / 30,
             "close": energies.closeness(shift, turn, self.stiffness),
             "limits": energies.joint_limits(self.pose.local @ rotation_matrices(turn), self.limits),
@@ -198,7 +204,14 @@ class Optimiser:
         self.watched = Watched(
             torch.as_tensor(row), torch.as_tensor(vertex), tensor(points), tensor(way / np.maximum(length, 1.0)),
             tensor(distance), self.rests[vertex] & self.still[row] & torch.as_tensor(distance < TOUCH_FROM),
+            torch.as_tensor(self._nearest(row, distance)),
         )  # fmt: skip
+
+    def _nearest(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """Which of the vertices, in order of their rows (N,), is nearest in each row that something carries."""
+        order = np.lexsort((distance, row))
+        first = order[np.unique(row[order], return_index=True)[1]]
+        return first[self.carried[row[first]]]
 
 
 class Adam:

@@ -17,6 +17,7 @@ from ..motion import Goal, Motion
 from ..scene import solids
 from .field import Field
 from .standing import FootPlan, lowest_ground, plan_feet, stand
+from .weight import settled
 
 Progress = Callable[[str, float], None]
 
@@ -92,6 +93,8 @@ def refine(
     progress("Looking at the scene", 0.0)
     field_ = _field(motion, surroundings, body)
     mended = smoothed(motion, settings.smooth)
+    if settings.contact > 0:
+        mended = settled(mended, field_, body)
     feet = None
     for stage in (0, 1):
         feet = plan_feet(mended, field_, feet)

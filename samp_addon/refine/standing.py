@@ -15,6 +15,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter1d, uniform_fil
 from .. import rotation, skeleton
 from ..easing import early, smoothstep
 from ..motion import Motion
+from . import weight
 from .field import Field
 from .foot_lock import BALL_HEIGHT, FEET, HEEL_BACK, Foot, bent_toes, pelvis_drop, spells, spread, toe_tips
 from .inverse_kinematics import solve_limb
@@ -30,11 +31,12 @@ STEPPED = 0.10  # metres of drift within a stance after which it is another one
 FLAT = 0.035  # metres by which heel and ball of a flat foot differ in height over the ground
 UPRIGHT = 0.75  # cosine between a standing foot's own up and the vertical
 MOST_TILT = np.radians(25.0)  # by which a foot is laid onto its ground
+ROLLED = np.radians(40.0)  # by which a foot has rolled over when it may turn as well
 OVER = 0.002  # metres that a sole is held over the ground
 BLEND = 6  # frames of 30 a second over which corrections fade
-EVENLY = 0.9  # frames of 30 a second, standard deviation over which corrections are smoothed
+EVENLY = 0.65  # frames of 30 a second, standard deviation over which corrections are smoothed
 SEATED, UPRIGHT_PELVIS = 0.7, 0.9  # heights of the pelvis over the ankles, in lengths of a leg
-BRIDGED = 6  # frames of 30 a second in which neither foot stands that are shared between the two
+BRIDGED = 12  # frames of 30 a second in which neither foot stands that are shared between the two
 SHORTEST = 4  # frames of 30 a second of a stance
 
 
@@ -75,7 +77,8 @@ def plan_feet(motion: Motion, field: Field, known: list[FootPlan] | None = None)
     if known is not None:
         stances = [plan.stances for plan in known]
     else:
-        stances = _bridged([one.stances(motion.fps) for one in seen], round(BRIDGED * motion.fps / 30))
+        stances = [one.stances(motion.fps) for one in seen]
+        stances = _bridged(stances, round(BRIDGED * motion.fps / 30), weight.carried(motion))
     return [one.plan(its) for one, its in zip(seen, stances, strict=True)]
 
 
@@ -96,7 +99,7 @@ def stand(motion: Motion, plans: list[FootPlan], field: Field) -> Motion:
     positions, globals_ = motion.forward_kinematics()
     blend, even = max(2, round(BLEND * motion.fps / 30)), EVENLY * motion.fps / 30
     wanted = []
-    for plan in plans:
+    for plan, other in zip(plans, reversed(plans), strict=True):
         spans = [(stance.first, stance.last) for stance in plan.stances]
         offset = np.where(plan.standing[:, None], plan.ankle - positions[:, plan.foot.ankle], 0.0)
         turn = rotation.multiply(plan.turned, rotation.conjugate(globals_[:, plan.foot.ankle]))
@@ -106,7 +109,7 @@ def stand(motion: Motion, plans: list[FootPlan], field: Field) -> Motion:
             for value in (offset, turn)
         )
         turned = rotation.multiply(rotation.from_axis_angle(turn), globals_[:, plan.foot.ankle])
-        offset[:, 1] += _lift(motion, plan, positions[:, plan.foot.ankle] + offset, turned, field)
+        offset[:, 1] += _lift(motion, plan, other, positions[:, plan.foot.ankle] + offset, turned, field)
         wanted.append((plan.foot, offset, plan.standing, turned))
     # Who sits or lies does not sink because a foot is out of reach.
     stands = smoothstep((_pelvis_over_feet(positions) - SEATED) / (UPRIGHT_PELVIS - SEATED))
@@ -177,8 +180,9 @@ class _Seen:
         return FootPlan(self.foot, place, facing, standing, tuple(stances))
 
 
-def _bridged(feet: list[list[Stance]], most: int) -> list[list[Stance]]:
-    """The stances of both feet, longer where for a few frames neither stood: who walks always has a foot down."""
+def _bridged(feet: list[list[Stance]], most: int, carried: np.ndarray) -> list[list[Stance]]:
+    """The stances of both feet, longer where for a few frames neither stood although the body was carried (T,): who
+    walks always has a foot down."""
     order = sorted(
         (stance.first, stance.last, side, k) for side in (0, 1) for k, stance in enumerate(feet[side])
     )
@@ -186,7 +190,7 @@ def _bridged(feet: list[list[Stance]], most: int) -> list[list[Stance]]:
     until, who = None, None
     for first, last, side, k in order:
         gap = 0 if until is None else first - until
-        if 0 < gap <= most and who[0] != side:
+        if 0 < gap <= most and who[0] != side and carried[until:first].mean() > 0.5:
             half = until + (gap + 1) // 2
             feet[who[0]][who[1]] = replace(feet[who[0]][who[1]], last=half)
             feet[side][k] = replace(feet[side][k], first=half)
@@ -254,11 +258,11 @@ def _pin(
     if stance.flat is not None:
         still, where, middle = _flat_foot(slice(a, b), facing, ends, grounds, sole)
         own = facing[first:last].copy()
-        for t in range(first, last):
-            # Before and after it is flat the foot rolls as it did, from where it stands.
-            base = a if t < a else b - 1
-            roll = rotation.multiply(own[t - first], rotation.conjugate(own[base - first]))
-            facing[t] = still if a <= t < b else rotation.multiply(roll, still)
+        # Before and after it is flat the foot rolls as it did, from where it stands.
+        base = np.clip(np.arange(first, last), a, b - 1) - first
+        roll = _pitched(rotation.multiply(own, rotation.conjugate(own[base])), still, sole)
+        facing[first:last] = rotation.multiply(roll, np.broadcast_to(still, roll.shape))
+        facing[a:b] = still
         place[a:b] = where
     else:
         part = slice(first, last)
@@ -270,6 +274,18 @@ def _pin(
         corners = rotation.rotate(np.stack([facing[t], facing[t]]), np.stack(sole))
         pivot = int(corners[1, 1] < corners[0, 1])
         place[t] = middle[pivot] - corners[pivot]
+
+
+def _pitched(roll: np.ndarray, still: np.ndarray, sole: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Rolls (N, 4) of a foot from where it stands as still (4,) says, without their twist and tilt while the sole
+    has hardly left the ground: who rolls over heel or ball does not screw the sole into the floor."""
+    heel, ball = rotation.rotate(np.stack([still, still]), np.stack(sole))
+    across = np.cross([0.0, 1.0, 0.0], ball - heel)
+    across /= np.linalg.norm(across)
+    vector = rotation.to_axis_angle(rotation.continuous(roll))
+    pitch = (vector @ across)[:, None] * across
+    risen = smoothstep(np.linalg.norm(pitch, axis=-1, keepdims=True) / ROLLED)
+    return rotation.from_axis_angle(pitch + risen * (vector - pitch))
 
 
 def _flat_foot(
@@ -302,11 +318,14 @@ def _height(ground: tuple[np.ndarray, np.ndarray], part: slice, otherwise: float
     return float(np.nanmean(height)) if np.isfinite(height).any() else float(otherwise)
 
 
-def _lift(motion: Motion, plan: FootPlan, ankle: np.ndarray, turned: np.ndarray, field: Field) -> np.ndarray:
-    """Metres (T,) by which a foot on its way is raised so that its sole is not in the ground, and does not brush it."""
+def _lift(
+    motion: Motion, plan: FootPlan, other: FootPlan, ankle: np.ndarray, turned: np.ndarray, field: Field
+) -> np.ndarray:
+    """Metres (T,) by which a foot on its way is raised so that its sole is not in the ground, and does not brush it
+    while the other one stands: alone it may be what carries."""
     need = np.zeros(len(ankle))
     heel, ball = _sole(motion.rest_joints, plan.foot.side)
-    clear = _clearance(motion, plan, ankle) + OVER
+    clear = np.where(other.standing, _clearance(motion, plan, ankle), 0.0) + OVER
     for point in (heel, ball, ball + TOES * (ball - heel) / np.linalg.norm(ball - heel)):
         end = ankle + rotation.rotate(turned, np.broadcast_to(point, ankle.shape))
         ground, _ = field.support(end)
