@@ -8,7 +8,7 @@ from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.synthesis.seat_edge import MOST, SHIN, SeatFront
 from test_samp import box
 
-GOAL = Goal(np.array([0.0, 0.43 + 0.165, 0.0]), np.array([0.0, 0.0, 1.0]))
+GOAL = Goal(np.array([0.0, 0.43 + 0.18, 0.0]), np.array([0.0, 0.0, 1.0]))
 ROW = np.concatenate([GOAL.position, GOAL.direction, [0, 0, 0, 1, 0]])
 FRAMES = 40
 

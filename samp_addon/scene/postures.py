@@ -10,9 +10,9 @@ import numpy as np
 
 from .support import SupportMap
 
-SEAT_TO_PELVIS = 0.165
-"""Pelvis joint over the seat. Median over 36 captured sits on the default human: 0.18 to the bare buttocks' lowest
-point, less what flesh and cushion give way."""
+SEAT_TO_PELVIS = 0.18
+"""Pelvis joint over the seat. Median over 36 captured sits on the default human, to the buttocks' lowest point; what
+gives way under them is the business of refining."""
 BED_TO_PELVIS = 0.12
 """Pelvis joint over the mattress of a body on its back (captured: 0.09 to 0.16)."""
 SIT_HEIGHTS = (0.22, 0.86)
