@@ -46,11 +46,10 @@ def hover(motion: Motion, field: Field, body: Human) -> np.ndarray:
         falling = falling[(nearest > TOUCHING + 1e-3) & (height[falling] < MOST)]
         if not len(falling):
             break
-    height[height >= MOST] = 0.0
     height = np.interp(np.arange(len(motion)), rows, height)
     held = carried(motion)
     for first, last in spells(height > 0, 1, 0):
-        if held[first:last].mean() < 0.5:
+        if held[first:last].mean() < 0.5 or height[first:last].max() >= MOST:
             height[first:last] = 0.0
     return height
 
