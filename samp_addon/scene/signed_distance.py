@@ -45,9 +45,12 @@ def of(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> S
     all is solid, or None.
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.float64)
-    turned = outward(triangles)
+    digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
+    turned = next((kept.triangles for key, kept in _kept.items() if key[0] == digest), None)
+    if turned is None:
+        turned = outward(triangles)
     outside = tuple(free_counts(Boxed.of(turned), free)) if len(turned) else ()
-    key = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest(), outside, floor
+    key = digest, outside, floor
     if key not in _kept:
         _kept[key] = SignedDistance(turned, outside, floor)
     _kept.move_to_end(key)
