@@ -27,6 +27,7 @@ REACH = 1.0  # metres around the character in which something has to be
 SOME = 500  # vertices in all that tell what is outside
 RESTING_SECONDS = 1.0
 UNDERGROUND = -1e3
+LAST_EVEN = 0.04  # seconds; what still hovers does so by little
 UNSOLVED = 0.02  # metres
 
 
@@ -102,6 +103,8 @@ def refine(
     progress("Feet", 0.9)
     if settings.foot > 0:
         mended = stand(mended, feet, field_)
+    if settings.contact > 0:
+        mended = settled(mended, field_, body, LAST_EVEN)
     if settings.strength < 1:
         mended = blended(motion, mended, settings.strength)
     progress("Measuring", 0.95)

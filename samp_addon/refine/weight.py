@@ -15,7 +15,7 @@ from .foot_lock import spells
 
 TOUCHING = 0.007  # metres within which skin counts as touching
 MOST = 0.30  # metres; who is higher is meant to be there
-A_SECOND = 15.0  # times that the height is looked at
+A_SECOND = 30.0  # times that the height is looked at
 EVEN_SECONDS = 0.08  # standard deviation over which the way down is smoothed
 PULL_SECONDS = 0.06  # standard deviation over which the pelvis' acceleration is taken
 FALLING = -4.0  # m/s^2 of the pelvis; less than half of gravity's pull is no flight
@@ -54,7 +54,7 @@ def hover(motion: Motion, field: Field, body: Human) -> np.ndarray:
     return height
 
 
-def settled(motion: Motion, field: Field, body: Human) -> Motion:
-    """The motion without its hovering."""
-    down = gaussian_filter1d(hover(motion, field, body), EVEN_SECONDS * motion.fps, mode="nearest")
+def settled(motion: Motion, field: Field, body: Human, even: float = EVEN_SECONDS) -> Motion:
+    """The motion without its hovering. even: standard deviation, seconds, over which the way down is smoothed."""
+    down = gaussian_filter1d(hover(motion, field, body), even * motion.fps, mode="nearest")
     return replace(motion, root=motion.root - down[:, None] * [0.0, 1.0, 0.0])
