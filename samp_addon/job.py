@@ -20,6 +20,7 @@ METHODS = ("samp", "long_term", "scene_gan")
 READY_METHODS = ("samp",)
 SEATED = ("sit", "lie")
 MOST_VARIANTS = 1000
+SLOWEST, FASTEST = 0.5, 2.0
 STEP = ("action", "target", "to")
 
 
@@ -34,8 +35,10 @@ class Job:
     target: name of an object, empty or collection. to: place (x, y, z) or (x, y, z, yaw) to walk to.
     character: name of an SMPL-X armature; empty: the caller's choice. start: (x, y, z, yaw) or None for where
     the character stands, or a free place. seed: of the first take; variants: how many. refine: whether contact,
-    penetration and foot slide of each take are mended. hold: seconds at the end. then: what follows in the
-    same takes; of these jobs only action, target and to count.
+    penetration and foot slide of each take are mended. hold: seconds at the end. style: how much each take differs
+    from the most common one (SAMP draws with 0.1). speed: of the motion beside that of the captured people. via:
+    places (x, y, z) that the way to the first goal passes in their order. then: what follows in the same takes; of
+    these jobs only action, target and to count.
     """
 
     action: str = "sit"
@@ -48,6 +51,9 @@ class Job:
     refine: bool = False
     method: str = "samp"
     hold: float = 2.0
+    style: float = 0.1
+    speed: float = 1.0
+    via: tuple[tuple[float, float, float], ...] = ()
     then: tuple[Job, ...] = ()
 
     def __post_init__(self) -> None:
@@ -62,7 +68,8 @@ class Job:
     @property
     def steps(self) -> tuple[Job, ...]:
         """The single actions, in their order, each a job of its own."""
-        own = {"seed": self.seed, "variants": self.variants, "hold": self.hold, "method": self.method}
+        shared = ("seed", "variants", "hold", "method", "style", "speed")
+        own = {name: getattr(self, name) for name in shared}
         return (replace(self, then=()), *(replace(job, **own, then=()) for job in self.then))
 
     def _check_choices(self) -> None:
@@ -78,6 +85,10 @@ class Job:
             raise UsageError(f"--seed is {self.seed}; choose from 0 to {2**31 - 1}.")
         if not 0 <= self.hold <= 3600:
             raise UsageError(f"--hold is {self.hold}; choose from 0 to 3600 seconds.")
+        if not 0 <= self.style <= 1:
+            raise UsageError(f"--style is {self.style}; choose from 0 to 1.")
+        if not SLOWEST <= self.speed <= FASTEST:
+            raise UsageError(f"--speed is {self.speed}; choose from {SLOWEST} to {FASTEST}.")
 
     def _check_places(self) -> None:
         if self.action in SEATED and not self.target:
@@ -90,6 +101,8 @@ class Job:
             if place is not None and (len(place) not in lengths or not all(map(math.isfinite, place))):
                 needed = "X Y Z [YAW]" if len(lengths) > 1 else "X Y Z YAW"
                 raise UsageError(f"--{name} needs the numbers {needed}.")
+        if not all(len(place) == 3 and all(map(math.isfinite, place)) for place in self.via):
+            raise UsageError("--via needs the numbers X Y Z of each place.")
 
 
 @dataclass(frozen=True)
@@ -140,6 +153,9 @@ def parser() -> argparse.ArgumentParser:
     add("--seed", type=int, metavar="N", help="seed of the first take (0)")
     add("--variants", type=int, metavar="K", help="number of takes, with seeds from N upward (1)")
     add("--hold", type=float, metavar="SECONDS", help="how long the action is held at the end (2)")
+    add("--style", type=float, metavar="S", help="how much takes differ, 0 to 1 (0.1)")
+    add("--speed", type=float, metavar="F", help="of the motion beside people's own, 0.5 to 2 (1)")
+    add("--via", type=float, nargs="+", metavar="N", help="X Y Z [X Y Z ...]: places that the way passes")
     add("--refine", action="store_true", help="run the optimisation on each take")
     add("--method", metavar="METHOD", help="samp (default), long_term, scene_gan")
     add("--output", metavar="FILE", help=".blend with one Action for each take, the first one active")
@@ -217,9 +233,7 @@ def _typed(name: str, kind: str, value: object) -> object:
         if isinstance(value, str) and value:
             return Path(value)
         raise UsageError(f"--{name} needs the name of a file.")
-    if kind == "bool" and isinstance(value, bool):
-        return value
-    if kind == "str" and isinstance(value, str):
+    if kind in ("bool", "str") and type(value).__name__ == kind:
         return value
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind == "int" and number and value == int(value):
@@ -228,10 +242,18 @@ def _typed(name: str, kind: str, value: object) -> object:
         return float(value)
     if kind.startswith("tuple") and isinstance(value, list | tuple):
         try:
+            if kind.startswith("tuple[tuple"):
+                return _triples(value)
             return tuple(float(v) for v in value)
         except (TypeError, ValueError):
             pass
     raise UsageError(f"--{name} cannot be {json.dumps(value)}.")
+
+
+def _triples(values: Sequence) -> tuple[tuple[float, ...], ...]:
+    """Places of a flat list of numbers, or of a list of places. The last one is short where numbers are missing."""
+    flat = [float(v) for part in values for v in (part if isinstance(part, list | tuple) else [part])]
+    return tuple(tuple(flat[k : k + 3]) for k in range(0, len(flat), 3))
 
 
 def with_seed(job: Job, seed: int) -> Job:

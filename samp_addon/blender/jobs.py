@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -19,13 +19,14 @@ from ..body.human import Human
 from ..errors import SampError
 from ..evaluation import metrics
 from ..job import Job
+from ..progress import Progress
 from ..refine.refining import Refined, Surroundings
 from ..scene.geometry import SceneGeometry
 from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
 from ..synthesis.refinement import refine_takes
 from ..synthesis.sequence import synthesise_steps
-from . import actions, armature, character, measuring, read_scene, refining
+from . import actions, armature, character, measuring, read_scene, refining, waypoints
 from . import goals as arrows
 from .thread_run import ThreadRun
 
@@ -58,7 +59,7 @@ class Result:
 def run(
     context: bpy.types.Context,
     job: Job,
-    progress: chain.Progress = lambda stage, share: None,
+    progress: Progress = lambda stage, share: None,
     tools: chain.Tools | None = None,
     new_character: bool = False,
 ) -> Result:
@@ -80,7 +81,7 @@ def begin(context: bpy.types.Context, job: Job, tools: chain.Tools | None = None
 
 def synthesise(
     plan: Plan,
-    progress: chain.Progress = lambda stage, share: None,
+    progress: Progress = lambda stage, share: None,
     tools: chain.Tools | None = None,
 ) -> tuple[list[Take], list[Failure]]:
     """The plan's takes and what failed; needs no Blender, and may run in a thread of its own."""
@@ -101,6 +102,8 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     scene = read_scene.read_scene(context, exclude)
     start = _start(job, owner)
     situations = [_situation(context, step, scene, start, exclude) for step in job.steps]
+    via = [frames.to_network(np.array(place)) for place in job.via] or waypoints.places(context)
+    situations[0] = replace(situations[0], via=via)
     if not job.refine:
         return Plan(job, situations, owner)
     body = human.load() if owner is None else character.body_of(owner)
@@ -134,7 +137,7 @@ def write(
     plan: Plan,
     takes: Sequence[Take],
     failures: Sequence[Failure],
-    progress: chain.Progress = lambda stage, share: None,
+    progress: Progress = lambda stage, share: None,
 ) -> Result:
     """One new Action for each take, the first one active, and the report.
 

@@ -16,8 +16,9 @@ import numpy as np
 from ..body.human import Human
 from ..errors import SampError
 from ..motion import Goal, Motion
+from ..progress import Progress
 from ..refine import refining as optimiser
-from ..refine.refining import Progress, Refined, Settings, Surroundings
+from ..refine.refining import Refined, Settings, Surroundings
 from ..scene.geometry import SceneGeometry
 from . import actions, armature, compat, measuring, read_scene, rekeying
 from .character import body_of, has_surface

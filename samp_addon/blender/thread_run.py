@@ -12,8 +12,8 @@ from typing import Any
 import bpy
 
 from ..errors import SampError
-
-Progress = Callable[[str, float], None]
+from ..motion import Motion
+from ..progress import Progress
 
 
 class Cancelled(Exception):
@@ -21,7 +21,10 @@ class Cancelled(Exception):
 
 
 class ThreadRun:
-    """Work in flight. Start it by making it; look at `done`, `stage` and `share`; then `finish` it."""
+    """Work in flight. Start it by making it; look at `done`, `stage`, `share` and `shown`; then `finish` it.
+
+    shown: what there is to see so far, a single frame or a whole take, or None.
+    """
 
     def __init__(
         self,
@@ -34,6 +37,7 @@ class ThreadRun:
         owner: the character that it is for, if there is one yet.
         """
         self.stage, self.share = "Starting", 0.0
+        self.shown: Motion | None = None
         self._write, self._owner = write, owner
         self._stop = threading.Event()
         self._made: Any = None
@@ -65,14 +69,9 @@ class ThreadRun:
 
     def _work(self, work: Callable[[Progress], Any]) -> None:
         try:
-            self._made = work(self._progress)
+            self._made = work(_Watch(self))
         except BaseException as error:  # it is raised again where the artist sees it
             self._error = error
-
-    def _progress(self, stage: str, share: float) -> None:
-        self.stage, self.share = stage, share
-        if self._stop.is_set():
-            raise Cancelled
 
     def _present(self, context: bpy.types.Context) -> bool:
         """Whether the character is still there: an undo takes away what Python points to."""
@@ -80,3 +79,18 @@ class ThreadRun:
             return self._owner is None or self._owner.name in context.scene.objects
         except ReferenceError:
             return False
+
+
+class _Watch:
+    """The thread's progress function, which the window looks at."""
+
+    def __init__(self, run: ThreadRun) -> None:
+        self._run = run
+
+    def __call__(self, stage: str, share: float) -> None:
+        self._run.stage, self._run.share = stage, share
+        if self._run._stop.is_set():
+            raise Cancelled
+
+    def show(self, motion: Motion) -> None:
+        self._run.shown = motion

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -14,12 +13,11 @@ from ..easing import smoothstep
 from ..errors import SampError
 from ..evaluation import metrics
 from ..motion import Goal, Motion
+from ..progress import Progress
 from ..scene import solids
 from .field import Field
 from .standing import FootPlan, lowest_ground, plan_feet, stand
 from .weight import settled
-
-Progress = Callable[[str, float], None]
 
 SMOOTHED = 4.0  # frames of 30 a second of the Gaussian over time, for each unit of the weight of smoothness
 WINDOW, OVERLAP = 8.0, 1.0  # seconds

@@ -19,6 +19,7 @@ from ..evaluation import metrics
 from ..frames import direction_yaw, yaw_direction
 from ..job import SEATED, Job
 from ..motion import Goal, Motion
+from ..progress import Progress, Stage
 from ..refine import refining
 from ..refine.refining import Refined
 from ..scene import navmesh as navigation
@@ -48,8 +49,6 @@ MOST_STOOP = 0.09
 
 _NEXT_ATTEMPT = 1_000_003  # added to the seed: far from the seeds that an artist counts through
 
-Progress = Callable[[str, float], None]
-
 
 @dataclass(frozen=True)
 class Situation:
@@ -58,7 +57,8 @@ class Situation:
     scene: all triangles, the target's too, the character's not. target: (F, 3, 3) or None. parts:
     the target's names in the scene. start: floor
     position (3,) and yaw, or None for a free place. destination: floor position (3,) and yaw or None, for
-    walks. goals: places on the target that the artist has chosen; empty to let GoalNet choose.
+    walks. goals: places on the target that the artist has chosen; empty to let GoalNet choose. via: floor positions
+    (3,) that the way passes in their order.
     """
 
     scene: SceneGeometry
@@ -67,6 +67,7 @@ class Situation:
     start: tuple[np.ndarray, float] | None = None
     destination: tuple[np.ndarray, float | None] | None = None
     goals: Sequence[Goal] = ()
+    via: Sequence[np.ndarray] = ()
 
 
 @dataclass(frozen=True)
@@ -232,15 +233,17 @@ class _Chain:
             except SampError as error:
                 results[seed] = error
         with clock.stage("rollout"):
-            motions = self.tools.generate(list(requests.values()), lambda share: progress("Moving", share))
+            motions = self.tools.generate(list(requests.values()), Stage(progress, "Moving"))
         for (seed, request), motion in zip(requests.items(), motions, strict=True):
             goal = request.goal
             if self.job.action not in SEATED:
                 goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
-            failed = isinstance(motion, SampError)
+            if isinstance(motion, SampError):
+                results[seed] = motion
+                continue
+            paced = _paced(motion, self.job.speed)
             ground = self.mesh.laid_ground
-            made = Take(seed, motion, goal, request.waypoints, {}, number + 1, laid_ground=ground)
-            results[seed] = motion if failed else made
+            results[seed] = Take(seed, paced, goal, request.waypoints, {}, number + 1, laid_ground=ground)
         return [results[seed] for seed in seeds]
 
     def _request(self, seed: int, noise: int, clock: Clock) -> Request:
@@ -252,8 +255,7 @@ class _Chain:
             goal = self._seat(noise) if seated else self._standing_goal(rng, before)
         with clock.stage("path"):
             start, yaw = self._start(goal.position, rng) if before is None else end_of(before)
-            plan = paths.plan_to_goal if seated else lambda mesh, a, b: paths.plan(mesh, a, b.position)
-            waypoints = plan(self.mesh, start, goal).waypoints
+            waypoints = self._way(start, goal)
             if not seated:
                 # Who is sent into a table stands beside it.
                 goal = replace(goal, position=waypoints[-1])
@@ -267,9 +269,25 @@ class _Chain:
             object_triangles=self.situation.target if seated else None,
             object_yaw=self._front if seated else 0.0,
             seed=noise,
-            hold_seconds=self.job.hold,
+            hold_seconds=self.job.hold * self.job.speed,
+            style=self.job.style,
             after=None if before is None else before.motion,
         )
+
+    def _way(self, start: np.ndarray, goal: Goal) -> np.ndarray:
+        """Way-points (N, 3) from the start past the artist's places to the goal. Raises SampError."""
+        legs = []
+        for place in self.situation.via:
+            legs.append(paths.plan(self.mesh, start, place).waypoints)
+            start = legs[-1][-1]
+        seated = self.job.action in SEATED
+        last = (
+            paths.plan_to_goal(self.mesh, start, goal)
+            if seated
+            else paths.plan(self.mesh, start, goal.position)
+        )
+        # Each leg begins where the one before it ended.
+        return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints])
 
     @cached_property
     def _front(self) -> float:
@@ -322,6 +340,11 @@ class _Chain:
         wanted = np.array([middle[0], low[1], middle[2]]) + out * reach
         position = self.mesh.ground.points(np.array(self.mesh.nearest(wanted)))
         return Goal(position, _horizontal(middle - position), self.job.action)
+
+
+def _paced(motion: Motion, speed: float) -> Motion:
+    """The motion, faster or slower by a factor, at the same frame rate."""
+    return motion if speed == 1 else replace(motion, fps=motion.fps * speed).resampled(motion.fps)
 
 
 def _facing(goal: Goal, waypoints: np.ndarray, yaw: float) -> Goal:

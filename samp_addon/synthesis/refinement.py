@@ -9,8 +9,9 @@ from dataclasses import replace
 from ..body import proportions
 from ..body.human import Human
 from ..errors import SampError
+from ..progress import Part, Progress, show
 from ..refine.refining import Surroundings
-from .chain import Failure, Progress, Take, Tools
+from .chain import Failure, Take, Tools
 
 STAGE = "Refining"
 
@@ -25,8 +26,9 @@ def refine_takes(
     """The takes, refined, and why others were not; those are still among the takes, as they were."""
     done, failures = [], []
     for count, take in enumerate(takes):
-        part = lambda _, share, n=count: progress(STAGE, (n + share) / len(takes))
+        part = Part(progress, count / len(takes), 1 / len(takes), STAGE)
         part(STAGE, 0.0)
+        show(progress, take.motion)
         try:
             done.append(_refined(take, surroundings, body, tools, part))
         except SampError as error:

@@ -13,6 +13,7 @@ import numpy as np
 from .. import rotation, skeleton
 from ..errors import RolloutError, SampError
 from ..motion import ACTIONS, Motion
+from ..progress import show
 from ..scene.geometry import sample_surface
 from ..scene.voxels import InteractionGrid
 from . import finish
@@ -22,7 +23,7 @@ from .route import SPEED_UP, Route
 from .seat_edge import SeatFront
 
 if TYPE_CHECKING:
-    from .rollout import Rollout
+    from .rollout import Frame, Rollout
 
 ARRIVED = 0.2  # metres from the goal
 STILL = 0.25  # m/s of the pelvis: a seated body still shifts
@@ -77,8 +78,8 @@ def generate(
 ) -> list[Motion | SampError]:
     """One take for each request, all rolled out as one batch: the Motion, or the error that says what went wrong.
 
-    progress is called with the share done, from 0 to 1; what it raises stops the work. network: as load_network
-    gives it; left out, the shipped one.
+    progress is called with the share done, from 0 to 1, and shown the first take as it comes, see progress.py; what
+    it raises stops the work. network: as load_network gives it; left out, the shipped one.
     """
     results: list[Motion | SampError] = [_refusal(request) for request in requests]
     sound = [k for k, refusal in enumerate(results) if refusal is None]
@@ -191,10 +192,19 @@ def _run(
             _update(takes, recorded, frame)
             if frame % 5 == 0:
                 progress(_share_done(takes, frame, limit))
+                show(progress, _glimpse(takes[0], new))
             if all(take.done_at is not None or frame >= take.limit() for take in takes):
                 break
     arrays = {name: np.stack(values) for name, values in recorded.items()}
     return [_finished(take, {name: a[:, k] for name, a in arrays.items()}) for k, take in enumerate(takes)]
+
+
+def _glimpse(take: _Take, frame: Frame) -> Motion:
+    """The newest frame of the first take, on the floor that it walks on."""
+    matrices = frame.matrices[0].double().numpy()
+    local = skeleton.local_rotations(rotation.matrix_to_quaternion(matrices)[None])
+    root = frame.pelvis[0].double().numpy() + [0.0, take.route.points[0][1], 0.0]
+    return Motion(root[None], local)
 
 
 def _takes(requests: Sequence[Request]) -> list[_Take]:

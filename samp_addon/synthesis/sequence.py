@@ -15,7 +15,8 @@ from .. import rotation
 from ..easing import smoothstep
 from ..job import Job
 from ..motion import Motion
-from .chain import Failure, Progress, Situation, Take, Tools, networks, synthesise
+from ..progress import Part, Progress
+from .chain import Failure, Situation, Take, Tools, networks, synthesise
 
 FADE = 12  # frames in which what does not fit at a joint dies away
 
@@ -36,7 +37,7 @@ def synthesise_steps(
     done: dict[int, list[Take]] = {}
     failures: list[Failure] = []
     for number, (job, situation) in enumerate(steps):
-        part = lambda stage, share, n=number: progress(stage, (n + share) / len(steps))
+        part = Part(progress, number / len(steps), 1 / len(steps))
         after = {seed: takes[-1] for seed, takes in done.items()} if number else None
         takes, failed = synthesise(job, situation, part, tools, after)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]
