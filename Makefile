@@ -45,15 +45,10 @@ evaluate: venv
 	$(PY) -m $(MODULE).training.goals.evaluate
 	$(PY) -m $(MODULE).training.evaluate
 
-# Blender's own builder of extensions comes with the bpy wheel.
-BUILDER = $(firstword $(wildcard $(VENV)/lib/python3.11/site-packages/bpy/*/scripts/addons_core/bl_pkg/cli/blender_ext.py))
-
+# The zips that an artist installs: with wheels for each platform, without torch, and without any wheels.
 package: venv
-	mkdir -p dist
 	rm -f dist/*.zip
-	$(PY) $(BUILDER) validate .
-	$(PY) $(BUILDER) build --source-dir . --output-dir dist
-	for zip in dist/*.zip; do $(PY) $(BUILDER) validate $$zip || exit 1; done
+	$(PY) -m $(MODULE).release.build --output dist
 
 # The tests that meet Blender, on its older versions; torch and the rest are those of the one environment.
 BLENDERS := 4.5.15 4.2.23

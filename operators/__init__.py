@@ -20,6 +20,7 @@ OPERATORS = (
     "set_cushion",
     "measure",
     "export_npz",
+    "copy_install_commands",
 )
 
 

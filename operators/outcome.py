@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import bpy
 
+from ..samp_addon import dependencies
 from ..samp_addon.errors import SampError
 
 
@@ -20,6 +21,12 @@ def run(
         message = work()
     except SampError as error:
         operator.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+    except (ImportError, OSError) as error:
+        told = dependencies.sentence(error)
+        if told is None:
+            raise
+        operator.report({"ERROR"}, told)
         return {"CANCELLED"}
     if message:
         operator.report({"INFO"}, message)

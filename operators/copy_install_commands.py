@@ -1,0 +1,24 @@
+"""Copy Install Commands: what is missing can be pasted into a terminal."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import outcome
+
+
+class SAMP_OT_copy_install_commands(bpy.types.Operator):
+    """Copy the commands that add the missing Python packages, for a terminal"""
+
+    bl_idname = "samp.copy_install_commands"
+    bl_label = "Copy Install Commands"
+    bl_options = {"INTERNAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._copy(context))
+
+    def _copy(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import preferences
+
+        context.window_manager.clipboard = preferences.install_commands()
+        return "Copied; paste them into a terminal, then start Blender again."
