@@ -8,6 +8,10 @@ import importlib
 # it is used, not when it is registered: Blender starts no slower for having it.
 OPERATORS = (
     "create_character",
+    "generate",
+    "bake_chain",
+    "edit_chain",
+    "stop",
     "sit_here",
     "lie_here",
     "walk_here",
@@ -15,11 +19,20 @@ OPERATORS = (
     "sample_goals",
     "build_navmesh",
     "plan_path",
+    "add_waypoint",
+    "clear_overlays",
+    "show_take",
+    "star_take",
+    "delete_take",
+    "push_down_take",
     "bake",
     "refine",
     "set_cushion",
     "measure",
     "export_npz",
+    "export_take",
+    "carry_to_rig",
+    "guess_rig_map",
     "copy_install_commands",
 )
 
@@ -38,10 +51,13 @@ def register() -> None:
     import bpy
 
     from ..samp_addon import ui
+    from ..samp_addon.blender import rig_table
+    from . import thread_operator
 
+    rig_table.register()
     for name in OPERATORS:
         bpy.utils.register_class(operator_class(name))
-    ui.register(OPERATORS)
+    ui.register(thread_operator.running)
 
 
 def unregister() -> None:
@@ -49,7 +65,9 @@ def unregister() -> None:
     import bpy
 
     from ..samp_addon import ui
+    from ..samp_addon.blender import rig_table
 
     ui.unregister()
     for name in reversed(OPERATORS):
         bpy.utils.unregister_class(operator_class(name))
+    rig_table.unregister()

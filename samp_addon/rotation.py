@@ -91,6 +91,13 @@ def conjugate(q: np.ndarray) -> np.ndarray:
     return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
 
 
+def turned(q: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """The same rotations, quaternions (..., 4), seen in axes that ``turn`` (3, 3) or (J, 3, 3) leads to."""
+    result = q.copy()
+    result[..., 1:] = np.einsum("...ab,...b->...a", turn, q[..., 1:])
+    return result
+
+
 def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     t = 2 * np.cross(q[..., 1:], v)

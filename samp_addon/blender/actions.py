@@ -12,6 +12,7 @@ from ..body import proportions
 from ..body.hands import complete
 from ..errors import SampError
 from ..motion import Motion
+from ..rotation import turned
 from . import channels, compat
 from .armature import Calibration, calibrate
 
@@ -139,13 +140,6 @@ def bone_rotations(calibration: Calibration, rotations: np.ndarray) -> np.ndarra
     own = turned(rotations, calibration.axes)
     own[:, 0] = rotation.multiply(_border(calibration), own[:, 0])
     return turned(own, np.swapaxes(calibration.bases, 1, 2))
-
-
-def turned(quaternions: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """The same rotations (..., 4) seen in axes that ``turn`` (3, 3) or (J, 3, 3) leads to."""
-    result = quaternions.copy()
-    result[..., 1:] = np.einsum("...ab,...b->...a", turn, quaternions[..., 1:])
-    return result
 
 
 def _border(calibration: Calibration) -> np.ndarray:

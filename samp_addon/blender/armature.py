@@ -133,14 +133,14 @@ def calibrate(armature: bpy.types.Object) -> Calibration:
     heads = np.array([bone.head_local if bone else (np.nan,) * 3 for bone in data], dtype=np.float64)
     bases = np.array([np.array(bone.matrix_local.to_3x3()) if bone else np.eye(3) for bone in data])
     world = np.array(armature.matrix_world, dtype=np.float64)
-    turn, scale = _turn_and_scale(armature.name, world)
+    turn, scale = turn_and_scale(armature.name, world)
     axes = _axes(armature.name, heads[: skeleton.BODY_COUNT])
     rest = (heads - heads[0]) @ axes * scale
     return Calibration(
         bones=bones,
         ancestors=tuple(bone.name for bone in data[0].parent_recursive),
         axes=axes,
-        bases=_orthonormal(bases),
+        bases=orthonormal(bases),
         world=world,
         turn=turn,
         scale=scale,
@@ -149,13 +149,13 @@ def calibrate(armature: bpy.types.Object) -> Calibration:
     )
 
 
-def _orthonormal(matrices: np.ndarray) -> np.ndarray:
+def orthonormal(matrices: np.ndarray) -> np.ndarray:
     """The nearest rotations (..., 3, 3); float32 matrices of Blender are a little off."""
     u, _, vt = np.linalg.svd(matrices)
     return u @ vt
 
 
-def _turn_and_scale(name: str, world: np.ndarray) -> tuple[np.ndarray, float]:
+def turn_and_scale(name: str, world: np.ndarray) -> tuple[np.ndarray, float]:
     """Rotation and uniform scale of an object's matrix."""
     lengths = np.linalg.norm(world[:3, :3], axis=0)
     scale = float(lengths.mean())
@@ -166,7 +166,7 @@ def _turn_and_scale(name: str, world: np.ndarray) -> tuple[np.ndarray, float]:
         raise SampError(
             f"'{name}' has a scale that differs by axis or mirrors it; apply its scale (Ctrl+A) first."
         )
-    return _orthonormal(turn), scale
+    return orthonormal(turn), scale
 
 
 def _axes(name: str, heads: np.ndarray) -> np.ndarray:
@@ -224,7 +224,7 @@ def standing_place(armature: bpy.types.Object) -> tuple[np.ndarray, float]:
     calibration = calibrate(armature)
     pose = np.array(armature.matrix_world @ armature.pose.bones["pelvis"].matrix, dtype=np.float64)
     forward = (
-        _orthonormal(pose[:3, :3]) @ calibration.bases[0].T @ calibration.axes @ np.array([0.0, 0.0, 1.0])
+        orthonormal(pose[:3, :3]) @ calibration.bases[0].T @ calibration.axes @ np.array([0.0, 0.0, 1.0])
     )
     direction = frames.to_network(forward)
     return frames.to_network(pose[:3, 3]), float(frames.direction_yaw(direction))

@@ -1,0 +1,52 @@
+"""Carry to Rig: a take of an SMPL-X character for a Mixamo, Unreal, Rigify or other rig."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, IntProperty, StringProperty
+
+from . import outcome
+
+
+class SAMP_OT_carry_to_rig(bpy.types.Operator):
+    """Carry the character's take to the active rig, as a new Action; feet and pelvis stay where they touch"""
+
+    bl_idname = "samp.carry_to_rig"
+    bl_label = "Carry to Rig"
+    bl_options = {"REGISTER", "UNDO"}
+
+    target: StringProperty(
+        name="Rig", description="Armature that gets the take; empty: the active one", options={"SKIP_SAVE"}
+    )
+    character: StringProperty(
+        name="Character",
+        description="SMPL-X armature with the take; empty: the selected one, or the only other one",
+        options={"SKIP_SAVE"},
+    )
+    action_name: StringProperty(
+        name="Action", description="Which take; empty: the character's active Action", options={"SKIP_SAVE"}
+    )
+    use_range: BoolProperty(name="Part Only", description="Carry some frames of the take, not all")
+    frame_start: IntProperty(name="Start Frame", description="First frame of the part", default=1)
+    frame_end: IntProperty(name="End Frame", description="Last frame of the part", default=250)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return outcome.in_object_or_pose_mode(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._carry(context))
+
+    def _carry(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import rig_carrying
+
+        return rig_carrying.sentence(
+            rig_carrying.carry_to_rig(
+                context,
+                self.target,
+                self.character,
+                self.action_name,
+                self.frame_start if self.use_range else None,
+                self.frame_end if self.use_range else None,
+            )
+        )

@@ -1,0 +1,182 @@
+"""Which bone of a known rig is which SMPL-X joint, and which of these rigs an armature is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from .. import skeleton
+
+FINGERS = ("index", "middle", "pinky", "ring", "thumb")
+HANDS = tuple(f"{side}_{finger}{k}" for side in ("left", "right") for finger in FINGERS for k in (1, 2, 3))
+JOINTS = skeleton.BODY_JOINTS + HANDS
+"""The joints that are carried, in the order of a mapping table: the body, then the fingers."""
+
+ESSENTIAL = ("pelvis",) + tuple(
+    f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder", "elbow") for side in ("left", "right")
+)
+"""Without these bones nothing is carried; the others may be missing."""
+
+LEAST = 0.7
+"""Share of a known rig's body bones that an armature must have to be taken for one."""
+
+
+@dataclass(frozen=True)
+class NameMap:
+    """A known rig. bones: joint -> its bone's names, the likeliest first, without the prefix (a pattern)."""
+
+    name: str
+    bones: Mapping[str, tuple[str, ...]]
+    prefix: str = ""
+
+    def found(self, names: Iterable[str]) -> dict[str, str]:
+        """Joint -> bone, of an armature with these bones."""
+        present: dict[str, str] = {}
+        for name in names:
+            stem = re.sub(f"^(?:{self.prefix})", "", name) if self.prefix else name
+            present.setdefault(stem, name)
+        chosen = {}
+        for joint, options in self.bones.items():
+            bone = next((present[option] for option in options if option in present), None)
+            if bone is not None:
+                chosen[joint] = bone
+        return chosen
+
+
+def recognise(names: Iterable[str]) -> tuple[NameMap, dict[str, str]] | None:
+    """The known rig that fits these bone names best and its joint -> bone; None where none fits well enough."""
+    names, best = list(names), None
+    for rig in KNOWN:
+        bones = rig.found(names)
+        known = [joint for joint in skeleton.BODY_JOINTS if joint in rig.bones]
+        body = sum(joint in bones for joint in known) / len(known)
+        if body < LEAST or any(joint not in bones for joint in ESSENTIAL):
+            continue
+        if best is None or body > best[0]:
+            best = body, rig, bones
+    return None if best is None else best[1:]
+
+
+def _sides(body: Mapping[str, str], fingers: str, named: Mapping[str, str], sides: tuple[str, str]) -> dict:
+    """Joint -> bone names of both sides. In the names {s} is the side; in fingers also {f}, {k} and {k0} (two
+    digits). named: what the rig calls a finger, where that is not SMPL-X's word."""
+    result = {}
+    for side, mark in zip(("left", "right"), sides, strict=True):
+        for joint, names in body.items():
+            result[f"{side}_{joint}"] = tuple(name.format(s=mark) for name in names.split())
+        for finger in FINGERS:
+            for k in (1, 2, 3):
+                name = fingers.format(s=mark, f=named.get(finger, finger), k=k, k0=f"{k:02d}")
+                result[f"{side}_{finger}{k}"] = (name,)
+    return result
+
+
+def _middle(**bones: str) -> dict[str, tuple[str, ...]]:
+    return {joint: tuple(names.split()) for joint, names in bones.items()}
+
+
+_SMPLX = NameMap("SMPL-X", {joint: (joint,) for joint in JOINTS})
+_MIXAMO = NameMap(
+    "Mixamo",
+    _middle(pelvis="Hips", spine1="Spine", spine2="Spine1", spine3="Spine2", neck="Neck", head="Head")
+    | _sides(
+        {
+            "hip": "{s}UpLeg",
+            "knee": "{s}Leg",
+            "ankle": "{s}Foot",
+            "foot": "{s}ToeBase",
+            "collar": "{s}Shoulder",
+            "shoulder": "{s}Arm",
+            "elbow": "{s}ForeArm",
+            "wrist": "{s}Hand",
+        },
+        "{s}Hand{f}{k}",
+        {finger: finger.capitalize() for finger in FINGERS},
+        ("Left", "Right"),
+    ),
+    prefix=r"mixamorig\d*[:_]?",
+)
+_UNREAL_SIDES = _sides(
+    {
+        "hip": "thigh_{s}",
+        "knee": "calf_{s}",
+        "ankle": "foot_{s}",
+        "foot": "ball_{s}",
+        "collar": "clavicle_{s}",
+        "shoulder": "upperarm_{s}",
+        "elbow": "lowerarm_{s}",
+        "wrist": "hand_{s}",
+    },
+    "{f}_{k0}_{s}",
+    {},
+    ("l", "r"),
+)
+_UNREAL_5 = NameMap(
+    "Unreal 5 mannequin",
+    _middle(
+        pelvis="pelvis", spine1="spine_01", spine2="spine_03", spine3="spine_05", neck="neck_01", head="head"
+    )
+    | _UNREAL_SIDES,
+)
+_UNREAL_4 = NameMap(
+    "Unreal 4 mannequin",
+    _middle(
+        pelvis="pelvis", spine1="spine_01", spine2="spine_02", spine3="spine_03", neck="neck_01", head="head"
+    )
+    | _UNREAL_SIDES,
+)
+_RIGIFY_FINGERS = {finger: f"f_{finger}" for finger in FINGERS if finger != "thumb"}
+# The torso control carries pelvis and lower back as one piece; the bones of its upper half bend over it.
+_RIGIFY_CONTROLS = NameMap(
+    "Rigify controls",
+    _middle(pelvis="torso", spine1="spine_fk.002", spine3="spine_fk.003", neck="neck", head="head")
+    | _sides(
+        {
+            "hip": "thigh_fk.{s}",
+            "knee": "shin_fk.{s}",
+            "ankle": "foot_fk.{s}",
+            "foot": "toe_fk.{s} toe.{s}",
+            "collar": "shoulder.{s}",
+            "shoulder": "upper_arm_fk.{s}",
+            "elbow": "forearm_fk.{s}",
+            "wrist": "hand_fk.{s}",
+        },
+        "{f}.{k0}.{s}",
+        _RIGIFY_FINGERS,
+        ("L", "R"),
+    ),
+)
+# A metarig, or the deforming bones alone, as they are exported to game engines.
+_RIGIFY_BONES = NameMap(
+    "Rigify bones",
+    _middle(
+        pelvis="spine", spine1="spine.001", spine2="spine.002", spine3="spine.003", neck="spine.004", head="spine.006"
+    )
+    | _sides(
+        {
+            "hip": "thigh.{s}",
+            "knee": "shin.{s}",
+            "ankle": "foot.{s}",
+            "foot": "toe.{s}",
+            "collar": "shoulder.{s}",
+            "shoulder": "upper_arm.{s}",
+            "elbow": "forearm.{s}",
+            "wrist": "hand.{s}",
+        },
+        "{f}.{k0}.{s}",
+        _RIGIFY_FINGERS,
+        ("L", "R"),
+    ),
+    prefix="DEF-",
+)  # fmt: skip
+
+KNOWN = (_SMPLX, _MIXAMO, _UNREAL_5, _UNREAL_4, _RIGIFY_CONTROLS, _RIGIFY_BONES)
+"""All that are known; of two that fit equally well the first is meant."""
+
+FOLLOWS = {"IK_FK": 1.0, "FK_limb_follow": 0.0, "neck_follow": 1.0, "head_follow": 1.0}
+"""Custom properties of a generated Rigify rig's bones, and their values with which its FK controls hang from one
+another as their bones do: limbs by FK, each turning with what it is fixed to."""
+
+FOLLOWS_FOR = _RIGIFY_CONTROLS.bones["left_hip"] + _RIGIFY_CONTROLS.bones["left_shoulder"]
+"""Where one of these bones is keyed, a rig is taken for such a one."""
