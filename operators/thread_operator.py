@@ -1,4 +1,4 @@
-"""What takes its time: done at once from Python and in background; from a window with progress, and Esc stops it."""
+"""What takes its time: done at once from Python and in background; beside a window in a thread, and Esc stops it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..samp_addon.blender.thread_run import ThreadRun
 
 TICK = 0.1
-NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM"}
+UNDO_KEYS = {"Z"}
 
 
 class ThreadOperator:
@@ -22,9 +22,16 @@ class ThreadOperator:
 
     _run = None
     _timer = None
+    _ghost = None
+    _asked_to_stop = False
+    # The operator that works beside the window, if one does: there is never a second one.
+    current: ThreadOperator | None = None
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
+        if ThreadOperator.current is not None:
+            cls.poll_message_set(f"Wait until '{ThreadOperator.current.bl_label}' is done, or cancel it")
+            return False
         return outcome.in_object_or_pose_mode(cls, context)
 
     def at_once(self, context: bpy.types.Context) -> object:
@@ -53,10 +60,18 @@ class ThreadOperator:
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
+        ThreadOperator.current = self
+        self._ghost = self._make_ghost()
         return ""
 
+    def _make_ghost(self) -> object:
+        from ..samp_addon.blender import character, ghost
+
+        owner = self._run.owner
+        return ghost.Ghost(None if owner is None else character.body_of(owner))
+
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC":
+        if event.type == "ESC" or self._asked_to_stop:
             self.cancel(context)
             self.report({"INFO"}, "Stopped; nothing was changed.")
             return {"CANCELLED"}
@@ -65,7 +80,9 @@ class ThreadOperator:
             return outcome.run(self, lambda: self.told(self._run.finish(context)))
         if event.type == "TIMER":
             self._show(context)
-        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+        # All else goes on as ever; an undo meanwhile would take away what the work is for.
+        undoing = event.type in UNDO_KEYS and (event.ctrl or event.oskey)
+        return {"RUNNING_MODAL"} if undoing else {"PASS_THROUGH"}
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Stops the work; also called by Blender when its window closes."""
@@ -76,8 +93,33 @@ class ThreadOperator:
         percent = int(100 * self._run.share)
         context.window_manager.progress_update(percent)
         context.workspace.status_text_set(f"{self.bl_label}: {self._run.stage} {percent} %   (Esc stops)")
+        self._ghost.show(self._run.shown)
+        _redraw(context)
 
     def _clear(self, context: bpy.types.Context) -> None:
+        ThreadOperator.current = None
+        self._ghost.remove()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
+        _redraw(context)
+
+
+def _redraw(context: bpy.types.Context) -> None:
+    """Has all 3D views drawn again, and their sidebars."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def running() -> tuple[str, str, float] | None:
+    """Of the work that goes on beside the window its name, stage and share done; None where there is none."""
+    operator = ThreadOperator.current
+    return operator and (operator.bl_label, operator._run.stage, operator._run.share)
+
+
+def ask_to_stop() -> None:
+    """Has the work that goes on beside the window stopped with the next tick."""
+    if ThreadOperator.current is not None:
+        ThreadOperator.current._asked_to_stop = True

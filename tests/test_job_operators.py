@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import rooms
 import samp_blender
+from samp_blender.operators import thread_operator
 from samp_blender.samp_addon.blender import actions, character, jobs, measuring, targets
 from samp_blender.samp_addon.blender.thread_run import Cancelled
 from samp_blender.samp_addon.errors import SampError
@@ -202,7 +203,7 @@ class Screen:
     """What a modal operator asks of Blender's window."""
 
     def __init__(self):
-        self.timers, self.status, self.window = [], None, None
+        self.timers, self.status, self.window, self.windows = [], None, None, []
         self.window_manager = self.workspace = self
 
     def event_timer_add(self, step, window):
@@ -235,10 +236,12 @@ def pressed(job):
         def job(self, context):
             return job
 
-    made = Pressed()
+        def begin(self, context):
+            return jobs.begin(bpy.context, job)
+
+    made, screen = Pressed(), Screen()
     made.reports = []
-    made._run, screen = jobs.begin(bpy.context, job), Screen()
-    made._timer = screen.event_timer_add(0.1, None)
+    made._begin(screen)
     return made, screen
 
 
@@ -253,14 +256,32 @@ def test_escape_stops_and_cleans_up(start, monkeypatch):
     tick, escape, wheel = (SimpleNamespace(type=kind) for kind in ("TIMER", "ESC", "WHEELUPMOUSE"))
     deadline = time.time() + 60
     while "Moving" not in (screen.status or "") and time.time() < deadline:
-        assert operator.modal(screen, tick) == {"RUNNING_MODAL"}
+        assert operator.modal(screen, tick) == {"PASS_THROUGH"}
         time.sleep(0.02)
+    assert thread_operator.running() == ("Sit Here", "Moving", 0.25)
+    assert not bpy.ops.samp.walk_here.poll() and bpy.ops.samp.stop.poll()
+    undo = SimpleNamespace(type="Z", ctrl=True, oskey=False)
+    assert operator.modal(screen, undo) == {"RUNNING_MODAL"}
     assert screen.status == "Sit Here: Moving 25 %   (Esc stops)"
     assert operator.modal(screen, wheel) == {"PASS_THROUGH"}
     assert operator.modal(screen, escape) == {"CANCELLED"}
     assert (screen.timers, screen.status) == ([], None)
     assert operator.reports == [({"INFO"}, "Stopped; nothing was changed.")]
     assert len(bpy.data.actions) == 0
+    assert thread_operator.running() is None and bpy.ops.samp.walk_here.poll()
+
+
+def test_the_cancel_button_stops_with_the_next_tick(start, monkeypatch):
+    def endless(requests, progress):
+        while True:
+            progress(0.25)
+            time.sleep(0.01)
+
+    monkeypatch.setattr(chain, "networks", lambda: chain.Tools(fakes.sample_goals, endless))
+    operator, screen = pressed(Job(action="sit", target="Sofa"))
+    assert bpy.ops.samp.stop() == {"FINISHED"}
+    assert operator.modal(screen, SimpleNamespace(type="TIMER")) == {"CANCELLED"}
+    assert thread_operator.running() is None and len(bpy.data.actions) == 0
 
 
 def test_measure_tells_what_the_function_measures(start):

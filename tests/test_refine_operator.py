@@ -480,9 +480,11 @@ def test_escape_stops_the_operator(owner, monkeypatch):
         def report(self, kind, text):
             self.reports.append((kind, text))
 
+        def begin(self, context):
+            return refining.begin(bpy.context)
+
     made, screen = Pressed(), Screen()
-    made._run = refining.begin(bpy.context)
-    made._timer = screen.event_timer_add(0.1, None)
+    made._begin(screen)
     tick, escape = SimpleNamespace(type="TIMER"), SimpleNamespace(type="ESC")
 
     def shown():
@@ -548,40 +550,3 @@ def test_a_soft_seat_undoes_as_one_step(owner):
     assert bpy.data.objects["Sofa"][read_scene.CUSHION_KEY] == pytest.approx(0.05)
     bpy.ops.ed.undo()
     assert read_scene.CUSHION_KEY not in bpy.data.objects["Sofa"]
-
-
-class Layout:
-    """What a panel draws on: notes the names."""
-
-    def __init__(self):
-        self.drawn = []
-
-    def column(self, **_):
-        return self
-
-    row = column
-
-    def operator(self, name, **_):
-        self.drawn.append(name)
-
-    def prop(self, data, name, **_):
-        assert name in data.bl_rna.properties or name.startswith("[")
-        self.drawn.append(name)
-
-    def label(self, **_):
-        pass
-
-
-def test_the_panels_show_refine_its_weights_and_the_cushion(owner):
-    from samp_blender.samp_addon.ui import panel
-
-    def drawn(kind):
-        layout = Layout()
-        kind.draw(SimpleNamespace(layout=layout, options=kind.options), bpy.context)
-        return layout.drawn
-
-    click("Sofa")
-    assert drawn(panel.SAMP_PT_refine) == ["samp.refine", "use_range", "samp.set_cushion"]
-    bpy.ops.samp.set_cushion()
-    assert drawn(panel.SAMP_PT_refine)[-1] == panel.CUSHION == f'["{read_scene.CUSHION_KEY}"]'
-    assert drawn(panel.SAMP_PT_refine_advanced) == ["strength", *operator.WEIGHTS]

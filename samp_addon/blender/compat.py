@@ -82,6 +82,12 @@ def assign(owner: bpy.types.Object, action: bpy.types.Action, slot: object | Non
         data.action_slot = slot or _slot_for(owner, action)
 
 
+def fit_strip(strip: bpy.types.NlaStrip, owner: bpy.types.Object) -> None:
+    """Gives an NLA strip the slot of its action that is for this object."""
+    if SLOTTED and strip.action_slot is None:
+        strip.action_slot = _slot_for(owner, strip.action)
+
+
 def _slot_for(owner: bpy.types.Object, action: bpy.types.Action) -> object | None:
     """The slot of an action for this object: its own, the one of its name, or the first for objects."""
     data = owner.animation_data
@@ -140,3 +146,28 @@ def import_usd(filepath: str) -> None:
     # Older Blenders always merge a transform with its mesh and keep the mesh's name.
     options = {"merge_parent_xform": False} if "merge_parent_xform" in known else {}
     bpy.ops.wm.usd_import(filepath=filepath, **options)
+
+
+def export(kind: str, path: str, first: int, last: int) -> None:
+    """Writes what is selected by Blender's own exporter, with its animation in these frames."""
+    import addon_utils
+
+    module = {"FBX": "io_scene_fbx", "BVH": "io_anim_bvh", "GLTF": "io_scene_gltf2"}.get(kind)
+    if module is not None and not addon_utils.check(module)[1]:
+        addon_utils.enable(module, default_set=False)
+    if kind == "FBX":
+        bpy.ops.export_scene.fbx(
+            filepath=path, use_selection=True, add_leaf_bones=False, bake_anim_use_nla_strips=False,
+            bake_anim_use_all_actions=False, bake_anim_simplify_factor=0.0,
+        )  # fmt: skip
+    elif kind == "BVH":
+        bpy.ops.export_anim.bvh(filepath=path, frame_start=first, frame_end=last, root_transform_only=True)
+    elif kind == "USD":
+        bpy.ops.wm.usd_export(filepath=path, selected_objects_only=True, export_animation=True)
+    else:
+        bpy.ops.export_scene.gltf(
+            filepath=path,
+            use_selection=True,
+            export_animation_mode="ACTIVE_ACTIONS",
+            export_frame_range=False,
+        )

@@ -70,6 +70,14 @@ def arrows(context: bpy.types.Context, target: str, action: str | None = None) -
     return sorted(found, key=lambda obj: obj.name)
 
 
+def clear(context: bpy.types.Context) -> int:
+    """Takes all arrows of the scene away; returns how many there were."""
+    found = [obj for obj in context.scene.objects if obj.get(TARGET_KEY)]
+    for arrow in found:
+        bpy.data.objects.remove(arrow)
+    return len(found)
+
+
 def read_goals(context: bpy.types.Context, target: Target, action: str | None = None) -> list[Goal]:
     """The goals that the artist's arrows on a target ask for, each put onto the real surface.
 

@@ -26,7 +26,7 @@ from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
 from ..synthesis.refinement import refine_takes
 from ..synthesis.sequence import synthesise_steps
-from . import actions, armature, character, measuring, read_scene, refining, waypoints
+from . import actions, armature, character, measuring, read_scene, refining, take_list, waypoints
 from . import goals as arrows
 from .thread_run import ThreadRun
 
@@ -158,6 +158,8 @@ def write(
             measuring.remember_goal(action, take.goal)
             measuring.remember_ground(action, take.laid_ground)
             variants.append(_report(context, plan, owner, action, take))
+            before = None if take.refined is None else take.refined.before
+            take_list.remember_measures(action, variants[-1]["metrics"], before)
     except BaseException:
         undo()
         raise

@@ -60,6 +60,18 @@ def draw_path(context: bpy.types.Context, path: Path) -> bpy.types.Object:
     return _place(context, "SAMP Path", curve, COLOURS["path"])
 
 
+def clear(context: bpy.types.Context) -> int:
+    """Takes all pictures out of the scene; returns how many there were."""
+    # Arrows and way-points are marked as well, but they are empties.
+    found = [obj for obj in context.scene.objects if obj.get(OVERLAY_KEY) and obj.data is not None]
+    for picture in found:
+        data = picture.data
+        bpy.data.objects.remove(picture)
+        if data.users == 0:
+            bpy.data.batch_remove([data])
+    return len(found)
+
+
 def _mesh(name: str, points: np.ndarray, quads: np.ndarray) -> bpy.types.Mesh:
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(points.tolist(), [], quads.tolist())

@@ -20,7 +20,7 @@ from ..progress import Progress
 from ..refine import refining as optimiser
 from ..refine.refining import Refined, Settings, Surroundings
 from ..scene.geometry import SceneGeometry
-from . import actions, armature, compat, measuring, read_scene, rekeying
+from . import actions, armature, compat, measuring, read_scene, rekeying, take_list
 from .character import body_of, has_surface
 from .thread_run import ThreadRun
 
@@ -167,6 +167,7 @@ def write(context: bpy.types.Context, plan: Plan, refined: Refined) -> Result:
     if plan.action.library is None:
         plan.action.use_fake_user = True  # even where another Action was the active one
     actions.activate_action(plan.owner, new, slot)
+    take_list.remember_measures(new, refined.after, refined.before)
     return Result(new, refined, plan.notes)
 
 

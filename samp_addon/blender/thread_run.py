@@ -15,6 +15,8 @@ from ..errors import SampError
 from ..motion import Motion
 from ..progress import Progress
 
+PATIENCE = 0.5  # seconds; an artist who stops something waits no longer
+
 
 class Cancelled(Exception):
     """Raised by a progress function to stop the work."""
@@ -38,7 +40,7 @@ class ThreadRun:
         """
         self.stage, self.share = "Starting", 0.0
         self.shown: Motion | None = None
-        self._write, self._owner = write, owner
+        self._write, self.owner = write, owner
         self._stop = threading.Event()
         self._made: Any = None
         self._error: BaseException | None = None
@@ -51,9 +53,9 @@ class ThreadRun:
         return not self._thread.is_alive()
 
     def stop(self) -> None:
-        """Asks the thread to stop, and waits until it has. Nothing is left behind."""
+        """Asks the thread to stop, and waits a moment until it has; whatever it still makes is thrown away."""
         self._stop.set()
-        self._thread.join()
+        self._thread.join(PATIENCE)
 
     def finish(self, context: bpy.types.Context) -> Any:
         """Writes what was made. Raises what the work raised, Cancelled if it was stopped, and SampError where the
@@ -76,7 +78,7 @@ class ThreadRun:
     def _present(self, context: bpy.types.Context) -> bool:
         """Whether the character is still there: an undo takes away what Python points to."""
         try:
-            return self._owner is None or self._owner.name in context.scene.objects
+            return self.owner is None or self.owner.name in context.scene.objects
         except ReferenceError:
             return False
 

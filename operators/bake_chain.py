@@ -1,0 +1,28 @@
+"""Bake Chain: all steps of the sidebar's chain as one take."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+from .settings_operator import SettingsOperator
+
+if TYPE_CHECKING:
+    from ..samp_addon.job import Job
+
+
+class SAMP_OT_bake_chain(SettingsOperator, bpy.types.Operator):
+    """Do all steps of the chain one after another, as one take"""
+
+    bl_idname = "samp.bake_chain"
+    bl_label = "Bake Chain"
+
+    @classmethod
+    def why_not(cls, context: bpy.types.Context) -> str:
+        return "" if context.scene.samp.steps else "Add a step first"
+
+    def job(self, context: bpy.types.Context) -> Job:
+        from ..samp_addon.blender import asking
+
+        return asking.chain(context)

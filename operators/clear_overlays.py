@@ -1,0 +1,40 @@
+"""Clear Overlays: what was drawn into the scene to be looked at or dragged, taken away."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty
+
+from . import outcome
+
+
+class SAMP_OT_clear_overlays(bpy.types.Operator):
+    """Take away what SAMP has drawn into the scene; takes stay"""
+
+    bl_idname = "samp.clear_overlays"
+    bl_label = "Clear"
+    bl_options = {"REGISTER", "UNDO"}
+
+    what: EnumProperty(
+        name="What",
+        items=(
+            ("ALL", "All", "Goals, way-points, navmesh, path and voxels"),
+            ("GOALS", "Goals", "The goals' arrows"),
+            ("WAYPOINTS", "Way-points", "The way-points"),
+            ("PICTURES", "Pictures", "Navmesh, path and voxels"),
+        ),
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return outcome.in_object_or_pose_mode(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self._clear(context))
+
+    def _clear(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender import goals, overlays, waypoints
+
+        clears = {"GOALS": goals.clear, "WAYPOINTS": waypoints.clear, "PICTURES": overlays.clear}
+        count = sum(clear(context) for name, clear in clears.items() if self.what in ("ALL", name))
+        return f"Cleared {count} object{'' if count == 1 else 's'}."

@@ -1,0 +1,27 @@
+"""Show Take: a take becomes the character's active Action."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty
+
+from .take_operator import TakeOperator
+
+
+class SAMP_OT_show_take(TakeOperator, bpy.types.Operator):
+    """Show this take on the character"""
+
+    bl_idname = "samp.show_take"
+    bl_label = "Show Take"
+
+    fit: BoolProperty(
+        name="Fit Frame Range",
+        description="Set the scene's frame range to the take's",
+        options={"SKIP_SAVE"},
+    )
+
+    def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
+        from ..samp_addon.blender import take_list
+
+        take_list.show(context, self.owner(context), take, self.fit)
+        return f"'{take.name}' is shown."

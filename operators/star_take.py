@@ -1,0 +1,19 @@
+"""Star Take: marks a take as one to keep."""
+
+from __future__ import annotations
+
+import bpy
+
+from .take_operator import TakeOperator
+
+
+class SAMP_OT_star_take(TakeOperator, bpy.types.Operator):
+    """Star this take, or take its star away; Delete Others keeps starred takes"""
+
+    bl_idname = "samp.star_take"
+    bl_label = "Star Take"
+
+    def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
+        from ..samp_addon.blender import take_list
+
+        return f"'{take.name}' has {'a' if take_list.star(take) else 'no'} star now."

@@ -1,0 +1,54 @@
+"""What the operators of the takes' list have in common: which take, on which character."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import StringProperty
+
+from . import outcome
+
+
+class TakeOperator:
+    """The operator has `on_take`, which does its work on an Action and returns a sentence."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    action_name: StringProperty(
+        name="Action", description="The take; empty: the character's active one", options={"SKIP_SAVE"}
+    )
+    character: StringProperty(
+        name="Character",
+        description="SMPL-X armature; empty: the active one, or the only one",
+        options={"SKIP_SAVE"},
+    )
+
+    def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
+        """Does the work; returns what the artist is told."""
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return outcome.in_object_or_pose_mode(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        return outcome.run(self, lambda: self.on_take(context, self.take(context)))
+
+    def owner(self, context: bpy.types.Context) -> bpy.types.Object:
+        """The character. Raises SampError where there is none."""
+        from ..samp_addon.blender import armature
+
+        chosen = context.scene.samp.character
+        return armature.find(context, self.character or (chosen.name if chosen else ""))
+
+    def take(self, context: bpy.types.Context) -> bpy.types.Action:
+        """The take. Raises SampError where there is none."""
+        from ..samp_addon.blender import take_list
+        from ..samp_addon.errors import SampError
+
+        name = self.action_name
+        if not name:
+            data = self.owner(context).animation_data
+            if data is None or not take_list.is_take(data.action):
+                raise SampError("The character shows no take; choose one from the list.")
+            name = data.action.name
+        return take_list.find(name)

@@ -1,0 +1,129 @@
+"""The lists of the sidebar: takes with their measures, and the steps of a chain."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..blender import asking, take_list
+from .panel import InPanel
+
+COLUMNS = (("position_error_cm", "goal"), ("penetration_max_cm", "deep"), ("foot_slide_cm_s", "slide"))
+TOLD = (
+    ("position_error_cm", "From the goal", "cm"),
+    ("rotation_error_deg", "Turned from it", "deg"),
+    ("penetration_max_cm", "Deepest", "cm"),
+    ("foot_slide_cm_s", "Foot slide", "cm/s"),
+    ("stance_slide_cm_s", "Standing feet", "cm/s"),
+)
+
+
+class SAMP_UL_takes(bpy.types.UIList):
+    """Of all Actions those that are takes; a click shows one on the character."""
+
+    bl_idname = "SAMP_UL_takes"
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index) -> None:  # noqa: ANN001, PLR0913
+        row = layout.row(align=True)
+        starred = item.get(take_list.STAR_KEY, False)
+        row.operator(
+            "samp.star_take", text="", icon="SOLO_ON" if starred else "SOLO_OFF", emboss=False
+        ).action_name = item.name
+        row.prop(item, "name", text="", emboss=False)
+        numbers = take_list.measures(item)
+        for key, _ in COLUMNS:
+            cell = row.row()
+            cell.alignment, cell.active = "RIGHT", False
+            cell.label(text=f"{numbers[key]:.1f}" if key in numbers else "-")
+
+    def filter_items(self, context, data, name) -> tuple[list[int], list[int]]:  # noqa: ANN001
+        actions = getattr(data, name)
+        wanted = self.filter_name.lower()
+        flags = [
+            self.bitflag_filter_item if take_list.is_take(action) and wanted in action.name.lower() else 0
+            for action in actions
+        ]
+        return flags, []
+
+
+class SAMP_UL_steps(bpy.types.UIList):
+    """The steps of a chain, each in a line."""
+
+    bl_idname = "SAMP_UL_steps"
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index) -> None:  # noqa: ANN001, PLR0913
+        row = layout.row(align=True)
+        row.label(text=f"{index + 1}")
+        row.prop(item, "action", text="", emboss=False)
+        row.prop(item, "target", text="", placeholder="Target" if item.action in asking.SEATED else "Place")
+
+
+class SAMP_PT_takes(InPanel, bpy.types.Panel):
+    """What was made: click to see, star, delete, push down."""
+
+    bl_idname = "SAMP_PT_takes"
+    bl_label = "Takes"
+    bl_options = set()
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings, layout = context.scene.samp, self.layout
+        row = layout.row()
+        row.template_list(
+            "SAMP_UL_takes", "", bpy.data, "actions", settings, "take_index", rows=4, sort_lock=True
+        )
+        chosen = _chosen(settings)
+        column = row.column(align=True)
+        for name, icon in (("push_down_take", "NLA_PUSHDOWN"), ("delete_take", "TRASH")):
+            button = column.row(align=True)
+            button.enabled = chosen is not None
+            made = button.operator(f"samp.{name}", text="", icon=icon)
+            made.action_name = chosen.name if chosen is not None else ""
+        fit = column.row(align=True)
+        fit.enabled = chosen is not None
+        made = fit.operator("samp.show_take", text="", icon="PREVIEW_RANGE")
+        made.action_name, made.fit = chosen.name if chosen is not None else "", True
+        column.operator("samp.delete_take", text="", icon="REMOVE").unstarred = True
+        if chosen is not None:
+            _draw_measures(layout, chosen)
+
+
+class SAMP_PT_chain(InPanel, bpy.types.Panel):
+    """Several actions in a row, as one take."""
+
+    bl_idname = "SAMP_PT_chain"
+    bl_label = "Chain"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings, layout = context.scene.samp, self.layout
+        row = layout.row()
+        row.template_list("SAMP_UL_steps", "", settings, "steps", settings, "step_index", rows=3)
+        column = row.column(align=True)
+        for change, icon in (("ADD", "ADD"), ("REMOVE", "REMOVE"), ("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN")):
+            column.operator("samp.edit_chain", text="", icon=icon).change = change
+        if 0 <= settings.step_index < len(settings.steps):
+            step = settings.steps[settings.step_index]
+            if step.target is None and step.action not in asking.SEATED:
+                layout.prop(step, "place")
+        layout.operator("samp.bake_chain", icon="PLAY")
+
+
+def _chosen(settings: bpy.types.PropertyGroup) -> bpy.types.Action | None:
+    """The take that is chosen in the list."""
+    actions = bpy.data.actions
+    action = actions[settings.take_index] if 0 <= settings.take_index < len(actions) else None
+    return action if take_list.is_take(action) else None
+
+
+def _draw_measures(layout: bpy.types.UILayout, take: bpy.types.Action) -> None:
+    """A take's measures; of a refined one also those from before."""
+    numbers = take_list.measures(take)
+    before = take_list.measures(take, take_list.BEFORE_KEY)
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for key, text, unit in TOLD:
+        if key in numbers:
+            was = f"{before[key]:.1f} \N{RIGHTWARDS ARROW} " if key in before else ""
+            column.label(text=f"{text}: {was}{numbers[key]:.1f} {unit}")
+
+
+CLASSES = (SAMP_UL_takes, SAMP_UL_steps, SAMP_PT_takes)
+LATER = (SAMP_PT_chain,)

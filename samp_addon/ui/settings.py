@@ -1,0 +1,132 @@
+"""What the artist has set in the sidebar, saved with the scene (``scene.samp``)."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+)
+
+ACTIONS = (
+    ("sit", "Sit", "Walk to the target and sit down"),
+    ("lie", "Lie", "Walk to the target and lie down"),
+    ("walk", "Walk", "Walk to the target, or to the 3D cursor"),
+    ("run", "Run", "Run to the target, or to the 3D cursor"),
+)
+SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
+
+
+def _is_character(settings: bpy.types.PropertyGroup, thing: bpy.types.Object) -> bool:
+    if thing.type != "ARMATURE":
+        return False
+    from ..blender import armature
+
+    return armature.is_smplx(thing)
+
+
+def _is_no_character(settings: bpy.types.PropertyGroup, thing: bpy.types.Object) -> bool:
+    return thing.type not in {"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"}
+
+
+def _show_chosen(settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    """A click on a take in the list shows it on the character."""
+    from ..blender import armature, take_list
+    from ..errors import SampError
+
+    actions = bpy.data.actions
+    if not 0 <= settings.take_index < len(actions) or not take_list.is_take(actions[settings.take_index]):
+        return
+    try:
+        owner = armature.find(context, settings.character.name if settings.character else "")
+        take_list.show(context, owner, actions[settings.take_index])
+    except SampError:
+        # The character may be linked, or gone: then there is nobody to show the take on.
+        return
+
+
+class SAMP_PG_step(bpy.types.PropertyGroup):
+    """One step of a chain."""
+
+    action: EnumProperty(name="Action", items=ACTIONS)
+    target: PointerProperty(
+        name="Target", description="The furniture", type=bpy.types.Object, poll=_is_no_character
+    )
+    place: FloatVectorProperty(
+        name="Place", description="Where to go without a target", subtype="TRANSLATION"
+    )
+
+
+class SAMP_PG_settings(bpy.types.PropertyGroup):
+    """The sidebar's own settings of a scene."""
+
+    character: PointerProperty(
+        name="Character",
+        description="SMPL-X armature; empty: the selected one, the only one, or a new human",
+        type=bpy.types.Object,
+        poll=_is_character,
+    )
+    shape: FloatVectorProperty(
+        name="Shape", description="Of the next character that is created", size=len(SHAPES), min=0.0, max=1.0
+    )
+    action: EnumProperty(name="Action", description="What the character does", items=ACTIONS)
+    target: PointerProperty(
+        name="Target",
+        description="The furniture; empty: the active object",
+        type=bpy.types.Object,
+        poll=_is_no_character,
+    )
+    seed: IntProperty(
+        name="Seed", description="Another seed gives another take; each press goes on to the next", min=0
+    )
+    variants: IntProperty(name="Takes", description="How many at once", default=1, min=1, max=64)
+    style: FloatProperty(
+        name="Style",
+        description="How much takes differ from each other",
+        default=0.1,
+        min=0.0,
+        max=1.0,
+        soft_max=0.4,
+        step=1,
+    )
+    hold: FloatProperty(
+        name="Hold",
+        description="Seconds at the end",
+        default=2.0,
+        min=0.0,
+        max=600.0,
+        subtype="TIME_ABSOLUTE",
+    )
+    speed: FloatProperty(
+        name="Speed", description="Of the motion beside people's own", default=1.0, min=0.5, max=2.0, step=5
+    )
+    refine: BoolProperty(
+        name="Refine", description="Mend contact, penetration and foot slide of each take; takes longer"
+    )
+    take_index: IntProperty(
+        name="Take",
+        description="Click a take to see it",
+        default=-1,
+        update=_show_chosen,
+        options={"SKIP_SAVE"},
+    )
+    steps: CollectionProperty(type=SAMP_PG_step)
+    step_index: IntProperty(name="Step", default=0)
+
+
+CLASSES = (SAMP_PG_step, SAMP_PG_settings)
+
+
+def add_to_scenes() -> None:
+    """Gives every scene its settings."""
+    bpy.types.Scene.samp = PointerProperty(type=SAMP_PG_settings)
+
+
+def take_from_scenes() -> None:
+    """Undoes add_to_scenes."""
+    del bpy.types.Scene.samp
