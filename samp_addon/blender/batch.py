@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,12 +15,14 @@ from typing import Any
 
 import bpy
 
-from .. import amass, job
+from .. import amass, dependencies, job
 from ..errors import SampError
 from ..job import Order, UsageError
 from ..synthesis.chain import Tools
-from . import actions, jobs, open_scene
+from . import actions, jobs, open_scene, take_by_take
+from .kept_takes import KeptTakes
 from .ledger import Ledger
+from .whole_files import whole
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
 
@@ -81,9 +83,11 @@ def _many(options: Mapping[str, Any], tools: Tools | None) -> int:
             state = "done before"
             if outcome is None:
                 state = "done"
-                outcome = _carry_out(order, tools)
+                kept = ledger.kept(order)
+                outcome = _carry_out(order, tools, kept, f"{count}/{len(lines)} ")
                 if not outcome.errors:
                     ledger.note(order, outcome.variants, outcome.files)
+                    kept.forget()
                     _write_report(order.report, outcome.variants, [])
             else:
                 outcome = Outcome(variants=outcome)
@@ -100,17 +104,21 @@ def _many(options: Mapping[str, Any], tools: Tools | None) -> int:
     return FAILED if errors else DONE
 
 
-def _carry_out(order: Order, tools: Tools | None) -> Outcome:
-    """One order from its file to its files; what goes wrong is in the outcome."""
+def _carry_out(order: Order, tools: Tools | None, kept: KeptTakes | None = None, label: str = "") -> Outcome:
+    """One order from its file to its files; what goes wrong is in the outcome. label: before each take's line."""
     try:
-        with _quiet():
+        with _quiet() as say:
             _open(order)
-            result = jobs.run(bpy.context, order.job, tools=tools, new_character=True)
+            result = take_by_take.run(
+                bpy.context, order.job, tools, kept, lambda text: say(f"bake: {label}{text}\n")
+            )
             files = [_save(order.output)] if order.output else []
             files += _export(order, result) if order.npz else []
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
     except Exception as error:
+        if told := dependencies.sentence(error):
+            return Outcome(errors=[{"message": told}])
         # Never a traceback on the screen; whoever mends the program finds it in the report.
         text = f"Something unexpected went wrong ({type(error).__name__}: {error}); please report it."
         return Outcome(errors=[{"message": " ".join(text.split()), "traceback": traceback.format_exc()}])
@@ -140,17 +148,12 @@ def _open(order: Order) -> None:
 
 
 def _save(path: Path) -> Path:
-    """Writes the open file as .blend beside its place and moves it there: it is whole or not there at all."""
-    part = path.with_name(f".{path.stem}.{os.getpid()}.part.blend")
+    """Writes the open file as .blend."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
-        part.replace(path)
+        with whole(path) as part:
+            bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
     except (RuntimeError, OSError) as error:
         raise SampError(f"'{path}' cannot be written ({error}); choose another --output.") from error
-    finally:
-        if part.is_file():
-            part.unlink()
     return path
 
 
@@ -165,12 +168,9 @@ def npz_paths(order: Order) -> dict[int, Path]:
 def _export(order: Order, result: jobs.Result) -> list[Path]:
     files = npz_paths(order)
     try:
-        order.npz.mkdir(parents=True, exist_ok=True)
         for variant, action in zip(result.variants, result.actions, strict=True):
-            path = files[variant["seed"]]
-            part = path.with_name(f".{path.stem}.{os.getpid()}.part.npz")
-            amass.write_amass(actions.read_motion(result.owner, action), part)
-            part.replace(path)
+            with whole(files[variant["seed"]]) as part:
+                amass.write_amass(actions.read_motion(result.owner, action), part)
     except OSError as error:
         raise SampError(f"'{order.npz}' cannot be written ({error}); choose another --npz.") from error
     return [files[variant["seed"]] for variant in result.variants]
@@ -211,11 +211,9 @@ def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[
     """Writes the report, whole or not at all; says whether that worked."""
     if path is None:
         return True
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(json.dumps(jobs.report(variants, errors), indent=1) + "\n", encoding="utf-8")
-        part.replace(path)
+        with whole(path) as part:
+            part.write_text(json.dumps(jobs.report(variants, errors), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         _complain(f"The report '{path}' cannot be written ({error}).")
         return False
@@ -223,10 +221,11 @@ def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def _quiet() -> Iterator[Callable[[str], object]]:
     """Keeps what importers and Blender print off the two outputs, whose lines are read by scripts.
 
-    Blender writes past Python, so the descriptors themselves are turned away.
+    Blender writes past Python, so the descriptors themselves are turned away. Yields what still writes to standard
+    output.
     """
     sys.stdout.flush()
     sys.stderr.flush()
@@ -235,7 +234,7 @@ def _quiet() -> Iterator[None]:
     try:
         for number in (1, 2):
             os.dup2(nowhere, number)
-        yield
+        yield lambda text: os.write(kept[0], text.encode(sys.stdout.encoding or "utf-8", "replace"))
     finally:
         sys.stdout.flush()
         sys.stderr.flush()

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..errors import SampError
 from ..job import Order
+from .kept_takes import KeptTakes
 
 
 @dataclass
@@ -38,15 +40,25 @@ class Ledger:
             return None
         return entry["variants"]
 
+    def kept(self, order: Order) -> KeptTakes:
+        """The takes of a job that is not done yet, `FILE.takes/`."""
+        folder = self.path.with_name(self.path.name.removesuffix(".done") + ".takes")
+        return KeptTakes(folder, fingerprint(order)[:16])
+
     def note(self, order: Order, variants: Sequence[dict], files: Sequence[Path]) -> None:
-        """Writes down that a job is done."""
+        """Writes down that a job is done. Raises SampError where the ledger cannot be written."""
         key = fingerprint(order)
         names = [str(path.absolute()) for path in files]
         self.entries[key] = {"key": key, "files": names, "variants": list(variants)}
-        # A line that a kill has cut off must not swallow this one.
-        torn = self.path.is_file() and not self.path.read_bytes().endswith(b"\n")
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(("\n" if torn else "") + json.dumps(self.entries[key]) + "\n")
+        try:
+            # A line that a kill has cut off must not swallow this one.
+            torn = self.path.is_file() and not self.path.read_bytes().endswith(b"\n")
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(("\n" if torn else "") + json.dumps(self.entries[key]) + "\n")
+        except OSError as error:
+            raise SampError(
+                f"'{self.path}' cannot be written ({error}), so a second run would do this job again."
+            ) from error
 
 
 def fingerprint(order: Order) -> str:
