@@ -59,4 +59,5 @@ class SAMP_OT_create_character(bpy.types.Operator):
 
         shapes = {name: getattr(self, name) for name in self.SHAPES}
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
+        context.scene.samp.character = context.scene.samp.character or made
         return f"Created '{made.name}'."

@@ -24,6 +24,15 @@ class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action | None) -> str:
         from ..samp_addon.blender import take_list
 
+        told = self._deleted(take)
+        chosen = context.scene.samp.character
+        if chosen is not None:
+            take_list.show_some(chosen)
+        return told
+
+    def _deleted(self, take: bpy.types.Action | None) -> str:
+        from ..samp_addon.blender import take_list
+
         if take is not None:
             name = take.name
             take_list.delete(take)

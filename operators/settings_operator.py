@@ -50,7 +50,11 @@ class SettingsOperator(ThreadOperator):
     def told(self, result: Result) -> str:
         from ..samp_addon.blender import jobs
 
+        scene = bpy.context.scene
+        settings = scene.samp
         # The next press shows another way to do it.
-        settings = bpy.context.scene.samp
         settings.seed = (settings.seed + settings.variants) % 2**31
+        settings.character = settings.character or result.owner
+        if settings.fit_range:
+            scene.frame_end = max(scene.frame_end, *(variant["frame_end"] for variant in result.variants))
         return jobs.sentence(result)

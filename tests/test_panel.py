@@ -129,7 +129,11 @@ def test_a_chosen_take_tells_its_measures():
     owner = character.create_character(bpy.context)
     action = baked(owner)
     take_list.remember_measures(action, {"position_error_cm": 1.0}, {"position_error_cm": 3.0})
-    bpy.context.scene.samp.take_index = bpy.data.actions.find(action.name)
+    other = baked(owner)
+    settings = bpy.context.scene.samp
+    settings.character = owner
+    assert settings.take_index == bpy.data.actions.find(other.name)
+    settings.take_index = bpy.data.actions.find(action.name)
     assert "From the goal: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(lists.SAMP_PT_takes)
     assert owner.animation_data.action == action
 

@@ -83,7 +83,6 @@ def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.
     data = bpy.data.armatures.new(name)
     data.display_type = "STICK"
     armature = bpy.data.objects.new(name, data)
-    armature.show_in_front = True
     _link(context, armature)
     context.view_layer.objects.active = armature
     bpy.ops.object.mode_set(mode="EDIT")

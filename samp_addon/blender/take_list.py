@@ -101,6 +101,16 @@ def delete_unstarred() -> tuple[int, int]:
     return deleted, kept
 
 
+def show_some(owner: bpy.types.Object) -> None:
+    """Where a character's active take was deleted: shows it another one, a starred one rather than others."""
+    data = owner.animation_data
+    if data is None or data.action is not None or data.use_tweak_mode or not owner.is_editable:
+        return
+    left = sorted(takes(), key=lambda action: bool(action.get(STAR_KEY, False)))
+    if left:
+        compat.assign(owner, left[-1])
+
+
 def push_down(owner: bpy.types.Object, action: bpy.types.Action) -> bpy.types.NlaTrack:
     """Puts a take on an NLA track of its own, where it plays; the character has no active Action then."""
     from . import actions

@@ -91,7 +91,9 @@ class SAMP_PT_options(InPanel, bpy.types.Panel):
         column = layout.column(align=True)
         for name in ("variants", "seed", "style", "hold", "speed"):
             column.prop(settings, name)
-        layout.prop(settings, "refine")
+        column = layout.column(align=True)
+        column.prop(settings, "refine")
+        column.prop(settings, "fit_range")
 
 
 class SAMP_PT_places(InPanel, bpy.types.Panel):

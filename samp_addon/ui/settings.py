@@ -34,17 +34,32 @@ def _is_no_character(settings: bpy.types.PropertyGroup, thing: bpy.types.Object)
     return thing.type not in {"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"}
 
 
-def _show_chosen(settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+def _owner(settings: bpy.types.PropertyGroup) -> bpy.types.Object | None:
+    """The character whose takes the list shows, without a look at all objects."""
+    if settings.character is not None:
+        return settings.character
+    active = bpy.context.view_layer.objects.active
+    return active if active is not None and active.type == "ARMATURE" else None
+
+
+def _shown_take(settings: bpy.types.PropertyGroup) -> int:
+    """The number among all Actions of the one that the character plays; -1 where there is none."""
+    owner = _owner(settings)
+    action = owner.animation_data.action if owner is not None and owner.animation_data else None
+    return -1 if action is None else bpy.data.actions.find(action.name)
+
+
+def _show_take(settings: bpy.types.PropertyGroup, number: int) -> None:
     """A click on a take in the list shows it on the character."""
     from ..blender import armature, take_list
     from ..errors import SampError
 
     actions = bpy.data.actions
-    if not 0 <= settings.take_index < len(actions) or not take_list.is_take(actions[settings.take_index]):
+    if not 0 <= number < len(actions) or not take_list.is_take(actions[number]):
         return
     try:
-        owner = armature.find(context, settings.character.name if settings.character else "")
-        take_list.show(context, owner, actions[settings.take_index])
+        owner = armature.find(bpy.context, settings.character.name if settings.character else "")
+        take_list.show(bpy.context, owner, actions[number])
     except SampError:
         # The character may be linked, or gone: then there is nobody to show the take on.
         return
@@ -108,12 +123,13 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     refine: BoolProperty(
         name="Refine", description="Mend contact, penetration and foot slide of each take; takes longer"
     )
+    fit_range: BoolProperty(
+        name="Fit Frame Range",
+        description="Move the scene's end so that a longer take plays whole",
+        default=True,
+    )
     take_index: IntProperty(
-        name="Take",
-        description="Click a take to see it",
-        default=-1,
-        update=_show_chosen,
-        options={"SKIP_SAVE"},
+        name="Take", description="Click a take to see it", get=_shown_take, set=_show_take
     )
     steps: CollectionProperty(type=SAMP_PG_step)
     step_index: IntProperty(name="Step", default=0)

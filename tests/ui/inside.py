@@ -1,0 +1,184 @@
+"""Runs inside a Blender with a window: does what driver.py asks for over a socket, on Blender's own thread.
+
+A request is a line of Python; its answer is one line of JSON. The name `ui` in it holds what this file defines.
+"""
+
+import json
+import queue
+import socket
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+
+UI = SimpleNamespace()
+PORT = int(sys.argv[sys.argv.index("--") + 1])
+ROOM = Path(sys.argv[sys.argv.index("--") + 2])
+draws: list[float] = []
+_asked: queue.Queue = queue.Queue()
+
+
+def main_area() -> tuple:
+    """The window, and the largest 3D view with its main region and its sidebar."""
+    window = bpy.context.window_manager.windows[0]
+    area = max((a for a in window.screen.areas if a.type == "VIEW_3D"), key=lambda a: a.width * a.height)
+    regions = {region.type: region for region in area.regions}
+    return window, area, regions["WINDOW"], regions["UI"]
+
+
+def furnish() -> list[str]:
+    """The demo's living room in an empty scene, seen from above one corner."""
+    import bl_ext.user_default.samp as package
+
+    sys.modules["samp_blender"] = package
+    sys.path.insert(0, str(ROOM.parent))
+    import build_room
+
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    build_room.build(bpy.context.scene)
+    for thing in bpy.context.scene.objects:
+        if any(word in thing.name.lower() for word in ("wall", "ceiling", "window", "sky")):
+            thing.hide_set(True)
+    window, area, region, sidebar = main_area()
+    space = area.spaces.active
+    space.show_region_ui, space.show_region_toolbar = True, False
+    space.shading.type = "SOLID"
+    space.overlay.show_extras = True
+    space.region_3d.view_perspective = "PERSP"
+    space.region_3d.view_location, space.region_3d.view_distance = (0.0, 0.0, 0.6), 11.0
+    space.region_3d.view_rotation = (0.78, 0.48, 0.21, 0.34)
+    return sorted(thing.name for thing in bpy.context.scene.objects)
+
+
+def open_tab() -> None:
+    """Shows the tab SAMP."""
+    main_area()[3].active_panel_category = "SAMP"
+    main_area()[1].tag_redraw()
+
+
+def sidebar_box() -> list[int]:
+    """Left, top, width and height of the sidebar, pixels of the window, from its top."""
+    window, _, _, region = main_area()
+    return [region.x, window.height - region.y - region.height, region.width, region.height]
+
+
+def place_of(point: tuple) -> list[int]:
+    """Pixels of the window, from its top, at which a point of the world is seen."""
+    from bpy_extras.view3d_utils import location_3d_to_region_2d
+
+    window, area, region, _ = main_area()
+    at = location_3d_to_region_2d(region, area.spaces.active.region_3d, point)
+    return [round(region.x + at.x), round(window.height - region.y - at.y)]
+
+
+def under_mouse() -> str:
+    """The Python of the button under the mouse, or the path of its property; empty where there is none."""
+    window, area, _, region = main_area()
+    bpy.context.window_manager.clipboard = ""
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        for operator in (bpy.ops.ui.copy_python_command_button, bpy.ops.ui.copy_data_path_button):
+            try:
+                if operator.poll() and operator() == {"FINISHED"}:
+                    return bpy.context.window_manager.clipboard
+            except RuntimeError:
+                continue
+    return ""
+
+
+def takes() -> list[str]:
+    """The names of all takes."""
+    return sorted(action.name for action in bpy.data.actions if "samp" in action)
+
+
+def fingerprint() -> str:
+    """What a stopped run must leave as it was."""
+    told = [
+        [thing.name, *map(float, (v for row in thing.matrix_world for v in row))]
+        for thing in bpy.data.objects
+    ]
+    counts = [len(getattr(bpy.data, kind)) for kind in ("actions", "meshes", "armatures", "objects")]
+    return json.dumps([told, counts])
+
+
+def running() -> list | None:
+    """Name, stage and share of the work that goes on."""
+    from bl_ext.user_default.samp.operators import thread_operator
+
+    found = thread_operator.running()
+    return found and list(found)
+
+
+def panel_seconds() -> dict[str, float]:
+    """Seconds that each of the sidebar's panels took to draw, on average, since count_draws."""
+    return {name: sum(times) / len(times) for name, times in _times.items() if times}
+
+
+_times: dict[str, list[float]] = {}
+
+
+def count_draws() -> None:
+    """Counts redraws of the 3D view, and times the panels, from now on."""
+    from bl_ext.user_default.samp.samp_addon import ui
+
+    if not _times:
+        bpy.types.SpaceView3D.draw_handler_add(
+            lambda: draws.append(time.monotonic()), (), "WINDOW", "POST_PIXEL"
+        )
+        for cls in ui._classes():
+            if hasattr(cls, "bl_space_type"):
+                _time(cls)
+    draws.clear()
+
+
+def _time(cls: type) -> None:
+    inner, name = cls.draw, cls.__name__
+    _times[name] = []
+
+    def draw(self, context):  # noqa: ANN001, ANN202
+        begun = time.perf_counter()
+        inner(self, context)
+        _times[name].append(time.perf_counter() - begun)
+
+    bpy.utils.unregister_class(cls)
+    cls.draw = draw
+    bpy.utils.register_class(cls)
+
+
+def draw_gap() -> list[float]:
+    """Redraws since count_draws, the seconds between the first and the last, and the longest between two."""
+    gaps = [b - a for a, b in zip(draws[:-1], draws[1:], strict=True)]
+    return [len(draws), draws[-1] - draws[0] if draws else 0.0, max(gaps, default=0.0)]
+
+
+def _serve() -> None:
+    server = socket.create_server(("127.0.0.1", PORT))
+    while True:
+        connection, _ = server.accept()
+        with connection, connection.makefile("rw") as stream:
+            for line in stream:
+                answer: queue.Queue = queue.Queue()
+                _asked.put((line, answer))
+                stream.write(answer.get() + "\n")
+                stream.flush()
+
+
+def _answer() -> float:
+    while not _asked.empty():
+        line, answer = _asked.get()
+        try:
+            told = {"value": eval(line, {"ui": UI, "bpy": bpy})}
+        except Exception:
+            told = {"error": traceback.format_exc()}
+        answer.put(json.dumps(told, default=str))
+    return 0.02
+
+
+# Blender runs a script under the name __main__, which is another module a moment later.
+vars(UI).update(globals())
+threading.Thread(target=_serve, daemon=True).start()
+bpy.app.timers.register(_answer, persistent=True)

@@ -1,0 +1,178 @@
+"""What a stranger does in the sidebar, step by step; each step says what has to come of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from driver import Window
+
+PATIENCE = 240.0  # seconds; software GL and two busy cores
+
+
+def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Names and steps in their order. home: a folder to save to."""
+    tale = _Tale(window, home)
+    yield "the room and the tab", tale.open
+    yield "create a character", tale.create
+    yield "click the sofa", tale.pick
+    yield "Sit Here", tale.sit
+    yield "Sit Here again: another way", tale.again
+    yield "Esc stops", tale.escape
+    yield "the cancel button stops", tale.cancel
+    yield "star one, delete the other", tale.keep
+    yield "undo and redo", tale.undo
+    yield "Refine", tale.refine
+    yield "the right-click menu", tale.menu
+    yield "save and open again", tale.save
+
+
+class _Tale:
+    def __init__(self, window: Window, home: Path) -> None:
+        self.window, self.home = window, home
+
+    def _check(self, fine: bool, told: str) -> None:
+        from driver import Failure
+
+        if not fine:
+            raise Failure(told)
+
+    def open(self) -> None:
+        window = self.window
+        names = window.ask("ui.furnish()")
+        self._check("Sofa" in names, f"the room has {names}")
+        time.sleep(2)
+        window.ask("ui.open_tab()")
+        time.sleep(2)
+        window.shot("tab")
+
+    def create(self) -> None:
+        self.window.press("bpy.ops.samp.create_character")
+        self.window.wait("'Human' in bpy.data.objects")
+        self.window.ask("setattr(bpy.data.objects['Human'], 'location', (-0.4, -2.2, 0))")
+        self.window.shot("character")
+
+    def pick(self) -> None:
+        window = self.window
+        seat = window.ask(
+            "list(sum((c.matrix_world @ __import__('mathutils').Vector((0, 0, 0)) for c in "
+            "bpy.data.objects['Sofa'].children if 'cushion' in c.name.lower()), "
+            "__import__('mathutils').Vector()) / max(1, len([c for c in bpy.data.objects['Sofa'].children "
+            "if 'cushion' in c.name.lower()])))"
+        )
+        window.click(*window.ask(f"ui.place_of({tuple(seat)})"))
+        clicked = window.ask("bpy.context.view_layer.objects.active.name")
+        whole = window.ask(
+            "(lambda o: o.parent.name if o.parent else o.name)(bpy.context.view_layer.objects.active)"
+        )
+        self._check("Sofa" in (clicked, whole), f"the click met '{clicked}'")
+        window.shot("sofa_clicked")
+
+    def sit(self) -> str:
+        window = self.window
+        place = window.find("bpy.ops.samp.generate")
+        window.ask("ui.count_draws()")
+        begun = time.monotonic()
+        window.click(*place)
+        window.wait("ui.running()", seconds=20)
+        window.find("bpy.ops.samp.stop")
+        window.wait(
+            "ui.running()", lambda told: told is None or told[1] == "Moving" and told[2] > 0.2, PATIENCE
+        )
+        window.shot("running")
+        window.wait(
+            "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 1, PATIENCE
+        )
+        seconds = time.monotonic() - begun
+        draws, span, longest = window.ask("ui.draw_gap()")
+        window.shot("seated")
+        return f"{seconds:.1f} s; {draws / max(span, 1e-6):.1f} redraws a second, the longest gap {longest:.2f} s"
+
+    def again(self) -> str:
+        window = self.window
+        begun = time.monotonic()
+        window.press("bpy.ops.samp.generate")
+        window.wait(
+            "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 2, PATIENCE
+        )
+        window.shot("again")
+        return f"{time.monotonic() - begun:.1f} s"
+
+    def _stopped(self, stop: Callable[[], None]) -> str:
+        """Starts a run and stops it; returns how long that took."""
+        window = self.window
+        before, place = window.ask("ui.fingerprint()"), window.find("bpy.ops.samp.generate")
+        window.click(*place)
+        window.wait("ui.running()", seconds=20)
+        begun = time.monotonic()
+        stop()
+        window.wait("ui.running() is None", seconds=10)
+        seconds = time.monotonic() - begun
+        self._check(window.ask("ui.fingerprint()") == before, "the scene is not as it was")
+        return f"{seconds:.2f} s"
+
+    def escape(self) -> str:
+        return self._stopped(lambda: self.window.key("Escape"))
+
+    def cancel(self) -> str:
+        return self._stopped(lambda: self.window.press("bpy.ops.samp.stop"))
+
+    def keep(self) -> None:
+        window = self.window
+        first, second = window.ask("ui.takes()")
+        window.press("bpy.ops.samp.star_take")
+        starred = window.ask("[a.name for a in bpy.data.actions if a.get('samp_star')]")
+        self._check(len(starred) == 1, f"starred are {starred}")
+        window.press("unstarred=True")
+        window.wait("ui.takes()", lambda left: left == starred)
+        window.shot("kept")
+
+    def undo(self) -> None:
+        window = self.window
+        x, y, width, height = window.ask("ui.sidebar_box()")
+        window.move(x - 300, y + height // 2)
+        window.key("ctrl+z")
+        window.wait("len(ui.takes())", lambda count: count == 2)
+        window.key("ctrl+shift+z")
+        window.wait("len(ui.takes())", lambda count: count == 1)
+
+    def refine(self) -> str:
+        window = self.window
+        begun = time.monotonic()
+        window.press("bpy.ops.samp.refine")
+        window.wait("ui.running()", seconds=20)
+        time.sleep(2)
+        window.shot("refining")
+        window.wait(
+            "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 2, PATIENCE
+        )
+        window.shot("refined")
+        return f"{time.monotonic() - begun:.1f} s"
+
+    def menu(self) -> None:
+        window = self.window
+        x, y, width, height = window.ask("ui.sidebar_box()")
+        window.click(x - 500, y + height // 2, 3)
+        time.sleep(1.0)
+        window.shot("right_click")
+        window.key("Escape")
+
+    def save(self) -> str:
+        window = self.window
+        path = self.home / "saved.blend"
+        takes = window.ask("ui.takes()")
+        window.ask(f"str(bpy.ops.wm.save_as_mainfile(filepath={str(path)!r}))")
+        window.ask(
+            f"str(bpy.app.timers.register(lambda: bpy.ops.wm.open_mainfile(filepath={str(path)!r}) and None))"
+        )
+        time.sleep(4)
+        self._check(window.ask("ui.takes()") == takes, "takes are lost")
+        self._check(window.ask("bpy.context.scene.samp.seed") > 0, "the settings are lost")
+        window.ask("ui.open_tab()")
+        time.sleep(2)
+        window.shot("reopened")
+        times = window.ask("ui.panel_seconds()")
+        return "panels draw in " + ", ".join(f"{name} {1e3 * value:.2f} ms" for name, value in times.items())
