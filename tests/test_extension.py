@@ -99,10 +99,12 @@ def test_only_what_runs_is_shipped(package):
         names = archive.namelist()
     tops = {name.split("/")[0] for name in names}
     assert {"__init__.py", "blender_manifest.toml", "operators", "samp_addon", "models"} <= tops
+    assert {"LICENSE", "THIRD_PARTY.md"} <= tops
     assert not tops & {
         "training",
         "tests",
         "docs",
+        "release",
         "demo",
         "dist",
         "Makefile",
