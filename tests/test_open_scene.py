@@ -26,6 +26,9 @@ def save_fbx(path):
 
 
 def save_usd(path):
+    if "merge_parent_xform" not in bpy.ops.wm.usd_import.get_rna_type().properties:
+        # Blender 4.2 names what it imports after the mesh: targets there go by that name.
+        bpy.context.object.data.name = bpy.context.object.name
     bpy.ops.wm.usd_export(filepath=path)
 
 
