@@ -9,7 +9,6 @@ import importlib.util
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import metadata
 
 WHERE = "Edit > Preferences > Add-ons > SAMP"
 
@@ -30,6 +29,8 @@ class Package:
     @property
     def version(self) -> str:
         """Its version, empty where it is missing or does not tell."""
+        from importlib import metadata  # slow to import, and this module is read at registration
+
         try:
             return metadata.version(self.distribution) if self.present else ""
         except metadata.PackageNotFoundError:
