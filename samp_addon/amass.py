@@ -7,7 +7,9 @@ zero.
 
 from __future__ import annotations
 
+import os
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,9 @@ _PARTS = {
 # Beyond AMASS' own keys: what a take knows of itself, so that reading gives back what was written.
 _EXTRA = {"contacts": "samp_contacts", "actions": "samp_actions"}
 _START = "samp_interaction_start"
+SLOWEST, FASTEST = 1, 1000
+"""Frames a second of a file that can be a motion."""
+_UNREADABLE = (OSError, EOFError, ValueError, zipfile.BadZipFile, AttributeError)
 
 
 def write_amass(motion: Motion, path: str | Path, gender: str = "neutral") -> Path:
@@ -60,13 +65,23 @@ def write_amass(motion: Motion, path: str | Path, gender: str = "neutral") -> Pa
     if motion.interaction_start is not None:
         content[_START] = np.array(motion.interaction_start)
     path = Path(path).with_suffix(".npz")
+    _write_whole(path, content)
+    return path
+
+
+def _write_whole(path: Path, content: dict[str, np.ndarray]) -> None:
+    """Writes beside the file and moves there: it is whole, or what was there before. Raises SampError."""
+    part = path.with_name(f".{os.getpid()}.part")  # short: a name may be as long as the system allows
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("wb") as file:
-            np.savez_compressed(file, **content)
+        try:
+            with part.open("wb") as file:
+                np.savez_compressed(file, **content)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
     except OSError as error:
         raise SampError(f"'{path}' cannot be written ({error.strerror}); choose another folder.") from error
-    return path
 
 
 def read_amass(path: str | Path) -> Motion:
@@ -79,17 +94,26 @@ def read_amass(path: str | Path) -> Motion:
     path = Path(path)
     try:
         with np.load(path, allow_pickle=False) as data:
-            content = {key: data[key] for key in data.files if data[key].dtype.kind in "fiuUS"}
+            content = {key: value for key, value in data.items() if value.dtype.kind in "fiu"}
     except FileNotFoundError as error:
         raise SampError(f"There is no file '{path}'; choose an AMASS .npz file.") from error
-    except (OSError, ValueError, zipfile.BadZipFile, AttributeError) as error:
+    # zlib.error and NotImplementedError: a file with wrong bytes inside.
+    except (*_UNREADABLE, zlib.error, NotImplementedError) as error:
         raise SampError(
             f"'{path}' is not an .npz file that can be read; choose an AMASS .npz file."
         ) from error
-    poses = _poses(content)
-    rate = content.get("mocap_frame_rate", content.get("mocap_framerate"))
+    poses, rate = _poses(content), _rate(content)
     if poses is None or rate is None or content.get("trans", np.empty(0)).shape != (len(poses), 3):
-        raise SampError(f"'{path.name}' is not an AMASS motion: it needs poses, trans and mocap_frame_rate.")
+        raise SampError(
+            f"'{path.name}' is not an AMASS motion: it needs poses, trans and mocap_frame_rate; "
+            "choose another file."
+        )
+    if not (np.isfinite(poses).all() and np.isfinite(content["trans"]).all()):
+        raise SampError(f"'{path.name}' holds values that are not numbers; choose another file.")
+    if not SLOWEST <= rate <= FASTEST:
+        raise SampError(
+            f"'{path.name}' has {rate:g} frames a second; choose a file with {SLOWEST} to {FASTEST}."
+        )
     vectors = poses[:, : 165 if poses.shape[1] >= 165 else 66].reshape(len(poses), -1, 3)
     quaternions = rotation.continuous(rotation.from_axis_angle(vectors))
     turn = rotation.matrix_to_quaternion(frames.NETWORK_FROM_BLENDER)
@@ -102,7 +126,13 @@ def read_amass(path: str | Path) -> Motion:
     if _START in content:
         extra["interaction_start"] = int(content[_START])
     root = frames.to_network(content["trans"] + REST_PELVIS)
-    return Motion(root=root, rotations=quaternions, fps=float(rate), **extra)
+    return Motion(root=root, rotations=quaternions, fps=rate, **extra)
+
+
+def _rate(content: dict[str, np.ndarray]) -> float | None:
+    """Frames a second, or None where it is not one number."""
+    rate = content.get("mocap_frame_rate", content.get("mocap_framerate"))
+    return float(rate.reshape(())) if rate is not None and rate.size == 1 else None
 
 
 def _poses(content: dict[str, np.ndarray]) -> np.ndarray | None:
