@@ -7,6 +7,8 @@ rest pose, which is SMPL-X's T-pose.
 from __future__ import annotations
 
 import functools
+import zipfile
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import rotation, skeleton
+from ..errors import SampError
 from ..motion import Motion
 from .hands import complete, relaxed_hands
 
@@ -88,7 +91,16 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 
 @functools.cache
 def load() -> Human:
-    """The default human. Shared and read-only."""
+    """The default human. Shared and read-only. Raises SampError where its file is missing or damaged."""
+    try:
+        return _read()
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile, zlib.error) as error:
+        raise SampError(
+            "The file of the default human is missing or damaged; install the add-on again."
+        ) from error
+
+
+def _read() -> Human:
     with np.load(ASSET) as data:
         unit = float(data["unit"])
         weights = data["weights"].astype(np.float64)
