@@ -101,7 +101,8 @@ def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy
     if close:
         raise SampError(f"There is no '{name}' in the scene; did you mean {close}?")
     some = ", ".join(f"'{k}'" for k in known[:5]) + (", ..." if len(known) > 5 else "")
-    raise SampError(f"There is no '{name}' in the scene; it holds {some or 'nothing'}.")
+    told = f"choose one of {some}" if some else "it is empty, so add the furniture first"
+    raise SampError(f"There is no '{name}' in the scene; {told}.")
 
 
 def close_names(name: str, known: Iterable[str]) -> str:
