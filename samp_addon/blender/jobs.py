@@ -26,7 +26,7 @@ from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
 from ..synthesis.refinement import refine_takes
 from ..synthesis.sequence import synthesise_steps
-from . import actions, armature, character, measuring, read_scene, refining, take_list, waypoints
+from . import actions, armature, character, limits, measuring, read_scene, refining, take_list, waypoints
 from . import goals as arrows
 from .thread_run import ThreadRun
 
@@ -104,6 +104,7 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     situations = [_situation(context, step, scene, start, exclude) for step in job.steps]
     via = [frames.to_network(np.array(place)) for place in job.via] or waypoints.places(context)
     situations[0] = replace(situations[0], via=via)
+    limits.refuse(context, owner, situations)
     if not job.refine:
         return Plan(job, situations, owner)
     body = human.load() if owner is None else character.body_of(owner)
@@ -145,6 +146,7 @@ def write(
     """
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
+    limits.refuse_writing(context, plan.owner)
     undo = _Undo(context)
     written, variants = [], []
     try:
