@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import rooms
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.evaluation import collision, diversity, feet, metrics
@@ -193,13 +194,13 @@ def test_under_the_floor():
     assert sunk["penetration_max_cm"] == pytest.approx(3, abs=0.2)
 
 
-@pytest.mark.parametrize("lift", [0.0, 0.005, 0.012, -0.005])
+@pytest.mark.parametrize("lift", [0.0, 0.005, 0.012, 0.022, -0.005])
 def test_a_floor_with_a_thickness_is_only_stood_on(lift):
     """Its soles are within one cell of a slab 10 cm thick; a carpet 8 mm high lies on it."""
     slab = np.concatenate([box((-3, -0.1, -3), (3, 0, 3)), box((-1, 0, -1), (1, 0.008, 1))])
     depth, touching = collision.body_depth(standing(0.5, (0.003, FLOOR + lift, 0.007)), slab, floor=0.0)
     assert depth.max() == pytest.approx(max(-lift, 0), abs=1e-3)
-    assert touching.any() == (lift < 0.01)
+    assert touching.any() == (lift < 0.018)
 
 
 def test_a_wall_met_on_a_long_walk():
@@ -252,3 +253,13 @@ def test_motion_distance_tells_a_walk_from_standing():
     still, glide = [standing()], [standing(speed=1.0)]
     assert diversity.motion_distance(still, still) == pytest.approx(0, abs=1e-6)
     assert diversity.motion_distance(still, glide) > 1
+
+
+@pytest.mark.parametrize(
+    ("thick", "over", "touches"), [(0.008, 0.012, True), (0.008, 0.03, False), (0.0, 0.012, False)]
+)
+def test_who_stands_on_a_carpet_touches_it(thick, over, touches):
+    body = human.load()
+    motion = Motion(np.array([[0.0, over - body.floor, 0.0]] * 2), np.tile([1.0, 0, 0, 0], (2, 22, 1)))
+    carpet = rooms.box(np.array([-1.0, 0.0, -1.0]), np.array([1.0, thick, 1.0]))
+    assert collision.body_depth(motion, carpet, 0.0)[1].any(1).all() == touches

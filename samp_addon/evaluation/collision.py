@@ -29,15 +29,27 @@ def body_depth(
     body = body or human.load()
     vertices = human.skin(body, motion, body.collision).astype(np.float64)
     triangles = np.asarray(triangles, dtype=np.float64)
+    flat = np.zeros((0, 3, 3))
     if floor is not None:
         # The floor's own slab, and carpets on it, are what `under` below stands for.
-        triangles = triangles[triangles[..., 1].max(1) > floor + CONTACT_DISTANCE]
+        high = triangles[..., 1].max(1) > floor + CONTACT_DISTANCE
+        triangles, flat = triangles[high], triangles[~high]
     depth, touching = _depth_in(vertices, triangles, max(int(_CHUNK_SECONDS * motion.fps), 1))
     if floor is not None:
         under = floor - vertices[..., 1]
         depth = np.maximum(depth, np.maximum(under, 0.0))
         touching |= under > -CONTACT_DISTANCE
+        _touch_carpets(vertices, touching, flat, floor)
     return depth, touching
+
+
+def _touch_carpets(vertices: np.ndarray, touching: np.ndarray, flat: np.ndarray, floor: float) -> None:
+    """Flags the vertices (T, V, 3) that lie on carpets: triangles (F, 3, 3) that rise over the floor by little."""
+    carpets = flat[flat[..., 1].max(1) > floor + _ROUNDING]
+    row, column = np.nonzero(~touching & (vertices[..., 1] < floor + 2 * CONTACT_DISTANCE))
+    if len(carpets) and len(row):
+        gap, _ = Surface(carpets).nearest(vertices[row, column], 2, CONTACT_DISTANCE)
+        touching[row, column] = gap <= CONTACT_DISTANCE
 
 
 def measures(
