@@ -126,8 +126,8 @@ def _resting(motion: Motion, over: np.ndarray) -> np.ndarray:
 def _between(
     over: np.ndarray, resting: np.ndarray, standing_: np.ndarray, seated: float, tall: float
 ) -> np.ndarray:
-    """Metres (T,) that the hips are raised: ``seated`` while they rest, ``standing_`` (T,) with them ``tall`` over
-    the ground; on the way down and up in proportion to how far they are."""
+    """Metres (T,) that the hips are raised: ``seated`` while they rest, ``standing_`` (T,) while they are as high over
+    the ground as in most of the steps, at most ``tall``; on the way down and up in proportion to how far they are."""
     rests = spells(resting, 1, 0)
     if not rests:
         return standing_
@@ -136,7 +136,9 @@ def _between(
     away = [np.maximum(np.maximum(first - count, count - last + 1), 0) for first, last in rests]
     levels = np.array([np.median(over[first:last]) for first, last in rests])
     seat = levels[np.argmin(away, axis=0)]
-    share = np.clip((over - seat) / np.maximum(tall - seat, 0.1), 0.0, 1.0)
+    # Who stands does not stretch as far as the legs go.
+    stands = np.clip(np.percentile(over[~resting], 80), 0.75 * tall, tall) if not resting.all() else tall
+    share = np.clip((over - seat) / np.maximum(stands - seat, 0.1), 0.0, 1.0)
     return seated + share * (standing_ - seated)
 
 

@@ -17,7 +17,7 @@ WORDS = {
     "ankle": ("ankle", "foot"),
     "foot": ("toebase", "toes", "toe", "ball"),
     "collar": ("clavicle", "collar", "shoulder"),
-    "shoulder": ("upperarm", "uparm", "armupper", "humerus", "shoulder", "arm"),
+    "shoulder": ("upperarm", "uparm", "armupper", "humerus", "shldr", "shoulder", "arm"),
     "elbow": ("forearm", "lowerarm", "lowarm", "armlower", "elbow"),
     "wrist": ("wrist", "hand"),
     "pelvis": ("pelvis", "hips", "hip", "cog"),
@@ -33,7 +33,7 @@ WORDS = {
 # What hangs on a limb and is none of its joints.
 HELPERS = (
     "twist", "roll", "ik", "pole", "target", "end", "nub", "tip", "helper", "mch", "metacarpal", "palm", "ctrl",
-    "control", "socket", "jiggle", "corrective", "share", "bend", "muscle", "weapon", "prop", "eye", "jaw",
+    "control", "socket", "jiggle", "corrective", "share", "muscle", "weapon", "prop", "eye", "jaw",
 )  # fmt: skip
 _LEFT, _RIGHT = ("l", "left", "lft"), ("r", "right", "rgt")
 _LIMBS = (("hip", "knee", "ankle", "foot"), ("collar", "shoulder", "elbow", "wrist"))
@@ -99,7 +99,8 @@ def _sides(words: list[list[str]], tree: _Tree) -> list[str | None]:
 
 
 def _helper(words: list[str]) -> bool:
-    return any(word in HELPERS for word in words)
+    """Whether a name is that of no joint; some rigs call the neck a twist."""
+    return any(word in HELPERS for word in words) and "neck" not in words
 
 
 def _score(words: list[str], part: str) -> float:
@@ -136,7 +137,8 @@ def _limb(parts: Sequence[str], free: Sequence[int], words: list[list[str]], tre
 
 
 def _filled(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict[str, int]:
-    """The same with a part that is missing between two others set to the only bone between them."""
+    """The same with a part that is missing between two others set to the only bone between them. A collar right over
+    an elbow is the upper arm, whatever it is called."""
     for k, part in enumerate(parts[1:-1], start=1):
         upper, lower = found.get(parts[k - 1]), found.get(parts[k + 1])
         if part in found or upper is None or lower is None:
@@ -144,6 +146,8 @@ def _filled(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict[st
         between = tree.between(upper, lower)
         if len(between) == 1:
             found[part] = between[0]
+        elif part == "shoulder" and not between:
+            found[part] = found.pop("collar")
     return found
 
 
@@ -169,10 +173,13 @@ def _trunk(
 ) -> dict[str, int]:
     """Pelvis, spine, neck and head: what carries the legs, what carries the arms, and what is above that."""
     chosen: dict[str, int] = {}
-    pelvis = _common(tree, [limbs[f"{side}_hip"] for side in ("left", "right") if f"{side}_hip" in limbs])
-    named = _best(middle, words, "pelvis")
-    if named is not None and (pelvis is None or named == pelvis or pelvis in tree.above(named)):
-        pelvis = named if pelvis is None or _carries(tree, named, limbs) else pelvis
+    carried = [
+        limbs[f"{side}_{joint}"]
+        for joint in ("hip", "shoulder")
+        for side in ("left", "right")
+        if f"{side}_{joint}" in limbs
+    ]
+    pelvis = _common(tree, carried) if len(carried) > 1 else _best(middle, words, "pelvis")
     if pelvis is None:
         return chosen
     chosen["pelvis"] = pelvis
@@ -191,15 +198,8 @@ def _trunk(
 
 def _common(tree: _Tree, bones: Sequence[int]) -> int | None:
     """The nearest bone from which all of these hang."""
-    if len(bones) < 2:
-        return None
-    first, second = (tree.above(bone) for bone in bones)
-    return next((bone for bone in first if bone in second), None)
-
-
-def _carries(tree: _Tree, bone: int, limbs: dict[str, int]) -> bool:
-    legs = [limbs[f"{side}_hip"] for side in ("left", "right") if f"{side}_hip" in limbs]
-    return all(bone in tree.above(leg) for leg in legs)
+    others = [set(tree.above(bone)) for bone in bones[1:]]
+    return next((bone for bone in tree.above(bones[0]) if all(bone in above for above in others)), None)
 
 
 def _best(bones: Sequence[int], words: list[list[str]], part: str) -> int | None:
