@@ -132,7 +132,8 @@ def read_amass(path: str | Path) -> Motion:
 def _rate(content: dict[str, np.ndarray]) -> float | None:
     """Frames a second, or None where it is not one number."""
     rate = content.get("mocap_frame_rate", content.get("mocap_framerate"))
-    return float(rate.reshape(())) if rate is not None and rate.size == 1 else None
+    told = float(rate.reshape(())) if rate is not None and rate.size == 1 else np.nan
+    return told if np.isfinite(told) else None
 
 
 def _poses(content: dict[str, np.ndarray]) -> np.ndarray | None:

@@ -153,7 +153,8 @@ def _save(path: Path) -> Path:
         with whole(path) as part:
             bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
     except (RuntimeError, OSError) as error:
-        raise SampError(f"'{path}' cannot be written ({error}); choose another --output.") from error
+        reason = str(error).strip().removeprefix("Error: ").rstrip(".")
+        raise SampError(f"'{path}' cannot be written ({reason}); choose another --output.") from error
     return path
 
 
@@ -215,7 +216,7 @@ def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[
         with whole(path) as part:
             part.write_text(json.dumps(jobs.report(variants, errors), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
-        _complain(f"The report '{path}' cannot be written ({error}).")
+        _complain(f"The report '{path}' cannot be written ({error.strerror}); choose another --report.")
         return False
     return True
 
