@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import functools
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -216,19 +221,45 @@ def _axes(way: np.ndarray, along: str, k: int) -> np.ndarray:
     return frame @ np.array(turn, dtype=float) @ np.diag([1, 1, 1] if k % 2 else [-1, -1, 1])
 
 
-def rigify(kind: str) -> bpy.types.Object:
-    """A Rigify human: "metarig", or the generated "basic" or "full" one. The add-on must be enabled."""
+_MAKE_RIGIFY = """
+import os, sys
+import bpy, addon_utils
+addon_utils.enable("rigify", default_set=True)
+bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+for kind, add in (
+    ("metarig", bpy.ops.object.armature_basic_human_metarig_add),
+    ("basic", bpy.ops.object.armature_basic_human_metarig_add),
+    ("full", bpy.ops.object.armature_human_metarig_add),
+):
     bpy.ops.object.select_all(action="DESELECT")
-    if kind == "full":
-        bpy.ops.object.armature_human_metarig_add()
-    else:
-        bpy.ops.object.armature_basic_human_metarig_add()
-    metarig = bpy.context.object
-    if kind == "metarig":
-        return metarig
-    bpy.ops.pose.rigify_generate()
-    metarig.hide_viewport = True
-    return bpy.context.object
+    add()
+    if kind != "metarig":
+        bpy.ops.pose.rigify_generate()
+    bpy.context.object.name = kind
+    bpy.ops.object.mode_set(mode="OBJECT")
+bpy.data.libraries.write(sys.argv[1], {bpy.data.objects[kind] for kind in ("metarig", "basic", "full")})
+os._exit(0)
+"""
+
+
+@functools.cache
+def _rigify_file() -> Path:
+    """A file with Rigify humans, made in a process of its own: older Blenders crash at exit when Rigify was on."""
+    path = Path(tempfile.mkdtemp()) / "rigify.blend"
+    command = [sys.executable, "-c", _MAKE_RIGIFY, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert path.exists(), done.stdout + done.stderr
+    return path
+
+
+def rigify(kind: str) -> bpy.types.Object:
+    """A Rigify human: "metarig", or the generated "basic" or "full" one."""
+    with bpy.data.libraries.load(str(_rigify_file())) as (_, wanted):
+        wanted.objects = [kind]
+    rig = wanted.objects[0]
+    bpy.context.scene.collection.objects.link(rig)
+    bpy.context.view_layer.update()
+    return rig
 
 
 def dress(armature: bpy.types.Object, bones: dict[str, str], floor: float = 0.0) -> bpy.types.Object:

@@ -33,12 +33,8 @@ LEGS = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "kn
 
 @pytest.fixture(scope="module", autouse=True)
 def _registered():
-    import addon_utils  # to be found once bpy is imported
-
     samp_blender.register()
-    addon_utils.enable("rigify", default_set=True)
     yield
-    addon_utils.disable("rigify", default_set=True)
     samp_blender.unregister()
 
 
@@ -309,6 +305,15 @@ def test_legs_that_are_too_short_are_told(source):
     rig.scale = rig.scale * 0.35
     result = rig_carrying.carry_to_rig(bpy.context)
     assert result.missed > 0.02 and "cm from its place" in rig_carrying.sentence(result)
+
+
+def test_bones_with_constraints_are_told(source):
+    rig = target("mixamo", dressed=False)
+    assert not rig_carrying.carry_to_rig(bpy.context).held
+    rig.pose.bones["mixamorig:LeftHand"].constraints.new("COPY_ROTATION").target = source
+    result = rig_carrying.carry_to_rig(bpy.context)
+    assert result.held == ("mixamorig:LeftHand",)
+    assert "Constraints may hold mixamorig:LeftHand" in rig_carrying.sentence(result)
 
 
 def test_who_lies_keeps_the_legs_of_the_take(source):

@@ -25,7 +25,8 @@ CARRIED = "samp_carried"
 class Result:
     """What was made. action: of the rig owner. source: the take's Action. known: the name of the rig, or "bone table".
     body_joints: how many of the 22 have a bone. missed: metres by which a standing foot is at most not in its place.
-    switched: how many properties of the rig the Action sets, so that its FK bones are those that move it."""
+    switched: how many properties of the rig the Action sets, so that its FK bones are those that move it. held: bones
+    with keys that have constraints too, and may go elsewhere."""
 
     owner: bpy.types.Object
     action: bpy.types.Action
@@ -34,6 +35,7 @@ class Result:
     body_joints: int
     missed: float
     switched: int
+    held: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,8 @@ def carry_to_rig(
     action[CARRIED] = {"action": take.name, "armature": source.name}
     actions.activate_action(owner, action)
     body = sum(joint in bones for joint in skeleton.BODY_JOINTS)
-    return Result(owner, action, take, known, body, carried.missed(), switched)
+    held = tuple(rig.names[link.bone] for link in carried.fit.links if rig.constrained[link.bone])
+    return Result(owner, action, take, known, body, carried.missed(), switched, held)
 
 
 def guess_map(context: bpy.types.Context, target: str = "", keep: bool = True) -> Guess:
@@ -105,6 +108,8 @@ def sentence(result: Result) -> str:
     )
     if result.switched:
         told += " Its limbs are switched to FK in that Action."
+    if result.held:
+        told += f" Constraints may hold {', '.join(result.held)}; mute them if they do."
     if result.missed > TOLD:
         told += f" A foot is up to {result.missed * 100:.0f} cm from its place: the legs are too short to reach it."
     return told
