@@ -166,6 +166,7 @@ def test_what_is_played(source, kind):
         assert np.abs(shown.heads[joint] - ours[:, skeleton.INDEX[joint]]).max() < 2e-3, joint
     feet_stand(wanted, result)
     faces_alike(shown, own)
+    trunk_turns_alike(shown)
     limbs_point_alike(shown, own)
     knees_bend_alike(shown, own)
     nothing_flips(shown, wanted)
@@ -227,6 +228,16 @@ def faces_alike(shown: Shown, own) -> None:
     forward = np.cross(shown.way("right_hip", "left_hip"), [0, 1, 0])
     toes = shown.way("left_ankle", "left_foot")[-1] + shown.way("right_ankle", "right_foot")[-1]
     assert toes @ forward[-1] > 0
+
+
+def trunk_turns_alike(shown: Shown) -> None:
+    """Chest and head turn from frame to frame as the take's."""
+    _, quats = take().forward_kinematics()
+    for joint in ("spine3", "head"):
+        theirs = rotation.quaternion_to_matrix(quats[:, skeleton.INDEX[joint]])
+        both = [turned @ turned[0].T for turned in (shown.turned[joint], theirs)]
+        trace = np.einsum("tab,tab->t", *both)
+        assert np.degrees(np.arccos(np.clip((trace - 1) / 2, -1, 1))).max() < 2.0, joint
 
 
 def limbs_point_alike(shown: Shown, own) -> None:
