@@ -6,7 +6,8 @@ that gradient descent takes from it anyhow, and a hundred times as fast. Network
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,6 +140,14 @@ class Optimiser:
         self, stage: int, progress: Callable[[float], None] = lambda share: None
     ) -> tuple[np.ndarray, np.ndarray]:
         """One of the two stages, 0 or 1. Returns shift (T, 3) and turn (T, 22, 3); progress is told the share done."""
+        with _one_thread():
+            self._descend(stage, progress)
+        with torch.no_grad():
+            shift, turn = self.changes()
+        return shift.numpy().astype(np.float64), turn.numpy().astype(np.float64)
+
+    def _descend(self, stage: int, progress: Callable[[float], None]) -> None:
+        """Gradient descent on the knots."""
         steps = STEPS[stage]
         adam = Adam([self.root_knots, self.turn_knots], RATES)
         values: list[float] = []
@@ -151,9 +160,6 @@ class Optimiser:
             self.loss(stage).backward()
             adam.step(1 - 0.9 * step / steps)
             progress(step / steps)
-        with torch.no_grad():
-            shift, turn = self.changes()
-        return shift.numpy().astype(np.float64), turn.numpy().astype(np.float64)
 
     def _is_done(self, values: Sequence[float]) -> bool:
         """Whether the losses of the last looks are no better than those before."""
@@ -212,6 +218,17 @@ class Optimiser:
         order = np.lexsort((distance, row))
         first = order[np.unique(row[order], return_index=True)[1]]
         return first[self.carried[row[first]]]
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """torch on one thread: several gain little here, and beside a window that draws they wait for each other."""
+    kept = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(kept)
 
 
 class Adam:

@@ -55,6 +55,13 @@ def furnish() -> list[str]:
     return sorted(thing.name for thing in bpy.context.scene.objects)
 
 
+def look(at: tuple, distance: float, frame: int) -> None:
+    """Turns the 3D view to a place of the world from some metres away, in a frame."""
+    space = main_area()[1].spaces.active.region_3d
+    space.view_location, space.view_distance = at, distance
+    bpy.context.scene.frame_set(frame)
+
+
 def open_tab() -> None:
     """Shows the tab SAMP."""
     main_area()[3].active_panel_category = "SAMP"

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from driver import Window
 
+GOALS = 5  # arrows that Find Goals draws
+HEADER = 51  # pixels from a button up to the header of the part above its own
 PATIENCE = 240.0  # seconds; software GL and two busy cores
 
 
@@ -26,6 +28,7 @@ def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object
     yield "star one, delete the other", tale.keep
     yield "undo and redo", tale.undo
     yield "Refine", tale.refine
+    yield "goals and path", tale.places
     yield "the right-click menu", tale.menu
     yield "save and open again", tale.save
 
@@ -104,6 +107,7 @@ class _Tale:
     def _stopped(self, stop: Callable[[], None]) -> str:
         """Starts a run and stops it; returns how long that took."""
         window = self.window
+        window.ask("setattr(bpy.context.scene.samp, 'variants', 16)")  # takes its time
         before, place = window.ask("ui.fingerprint()"), window.find("bpy.ops.samp.generate")
         window.click(*place)
         window.wait("ui.running()", seconds=20)
@@ -112,6 +116,7 @@ class _Tale:
         window.wait("ui.running() is None", seconds=10)
         seconds = time.monotonic() - begun
         self._check(window.ask("ui.fingerprint()") == before, "the scene is not as it was")
+        window.ask("setattr(bpy.context.scene.samp, 'variants', 1)")
         return f"{seconds:.2f} s"
 
     def escape(self) -> str:
@@ -149,8 +154,30 @@ class _Tale:
         window.wait(
             "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 2, PATIENCE
         )
+        window.ask("ui.look((1.0, 1.6, 0.6), 6.0, 330)")
+        time.sleep(1.5)
         window.shot("refined")
         return f"{time.monotonic() - begun:.1f} s"
+
+    def places(self) -> None:
+        window = self.window
+        x, y = window.find("bpy.ops.samp.refine(")
+        window.click(x, y - HEADER)  # opens the part above
+        window.ask("ui.look((0.6, 0.6, 0.6), 8.0, 1)")
+        sofa = "bpy.data.objects['Sofa Seat cushion']"
+        window.ask(f"bpy.context.view_layer.objects.__setattr__('active', {sofa})")
+        window.press("bpy.ops.samp.sample_goals")
+        window.wait(
+            "len([o for o in bpy.data.objects if 'samp_goal_target' in o])", lambda count: count == GOALS
+        )
+        window.ask(f"[o.select_set(o == {sofa}) for o in bpy.context.scene.objects] and None")
+        window.ask(f"bpy.context.view_layer.objects.__setattr__('active', {sofa})")
+        window.press("bpy.ops.samp.plan_path")
+        window.wait("'SAMP Path' in bpy.data.objects")
+        time.sleep(1.0)
+        window.shot("goals_and_path")
+        window.press("bpy.ops.samp.clear_overlays")
+        window.wait("'SAMP Path' not in bpy.data.objects")
 
     def menu(self) -> None:
         window = self.window
