@@ -213,7 +213,7 @@ def feet_stand(wanted: carrying.Carried, result: rig_carrying.Result) -> None:
             speed = np.linalg.norm(np.diff(soles[1][part], axis=0), axis=-1) * motion.fps
             assert np.median(speed) < 0.01, (plan.foot.side, stance)
             speeds += speed.tolist()
-            assert np.linalg.norm(soles[1][part].mean(0) - soles[0][part].mean(0)) < 0.015, (
+            assert np.linalg.norm(soles[1][part].mean(0) - soles[0][part].mean(0)) < 0.01, (
                 plan.foot.side,
                 stance,
             )
