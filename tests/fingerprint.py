@@ -185,6 +185,8 @@ def _custom(block: bpy.types.bpy_struct) -> str:
     """Custom properties as text."""
     told = {}
     for key in sorted(block.keys()):
+        if key in block.bl_rna.properties:
+            continue  # before Blender 5 an add-on's registered properties are stored here, and are read as such
         value = block[key]
         reader = getattr(value, "to_dict", None) or getattr(value, "to_list", None)
         told[key] = reader() if reader else getattr(value, "name_full", value)
