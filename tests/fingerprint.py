@@ -25,7 +25,7 @@ DERIVED = {
     *("corner_verts", "fcurve_bones", "last_reuse_node", "is_updated", "is_updated_data", "edit_bones"),
     *("shading", "sequencer_colorspace_settings", "linear_colorspace_settings", "colorspace_settings"),
     *("use_nodes", "frame_current_final", "frame_float", "active_operator", "last_reports"),
-    *("all_objects", "children_recursive"),
+    *("all_objects", "children_recursive", "uv_layer_stencil", "uv_layer_clone"),
     # Brushes of the tools: Blender's own, and in 4.2 pointers into the void.
     *("particle_edit", "paint_mode", "image_paint", "sculpt", "vertex_paint", "weight_paint", "uv_sculpt"),
     *("gpencil_paint", "gpencil_vertex_paint", "gpencil_sculpt_paint", "gpencil_weight_paint"),
