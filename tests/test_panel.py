@@ -84,7 +84,7 @@ def drawn(kind):
     return layout.drawn
 
 
-ALL = (*panel.CLASSES, *panel.LATER, *panel.LAST, lists.SAMP_PT_takes, lists.SAMP_PT_chain, menu.SAMP_MT_menu)
+ALL = (*panel.CLASSES, *panel.LATER, *panel.LAST, lists.SAMP_PT_takes, *lists.LATER, menu.SAMP_MT_menu)
 
 
 @pytest.mark.parametrize(
@@ -150,6 +150,15 @@ def test_every_panel_draws(kind, fill):
         settings.character = character.create_character(bpy.context)
         settings.take_index = bpy.data.actions.find(baked(settings.character).name)
     assert drawn(kind) or kind is panel.SAMP_PT_panel
+
+
+def test_the_bone_table_is_drawn_where_there_is_one():
+    owner = rigs.make("meshcapade")
+    bpy.context.view_layer.objects.active = owner
+    assert drawn(lists.SAMP_PT_rig) == ["samp.carry_to_rig", "samp.guess_rig_map"]
+    row = getattr(owner, lists.rig_table.TABLE).add()
+    row.joint = "pelvis"
+    assert drawn(lists.SAMP_PT_rig)[-1] == "SAMP_UL_rig_map"
 
 
 def test_the_chain_is_edited():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..blender import asking, take_list
+from ..blender import asking, rig_table, take_list
 from .panel import InPanel
 
 COLUMNS = (("position_error_cm", "goal"), ("penetration_max_cm", "deep"), ("foot_slide_cm_s", "slide"))
@@ -57,6 +57,17 @@ class SAMP_UL_steps(bpy.types.UIList):
         row.prop(item, "target", text="", placeholder="Target" if item.action in asking.SEATED else "Place")
 
 
+class SAMP_UL_rig_map(bpy.types.UIList):
+    """SMPL-X joints and the bones of another rig that move as they do."""
+
+    bl_idname = "SAMP_UL_rig_map"
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property, index) -> None:  # noqa: ANN001, PLR0913
+        split = layout.split(factor=0.4)
+        split.label(text=item.joint.replace("_", " "))
+        split.prop_search(item, "bone", data.data, "bones", text="")
+
+
 class SAMP_PT_takes(InPanel, bpy.types.Panel):
     """What was made: click to see, star, delete, push down."""
 
@@ -106,6 +117,22 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
         layout.operator("samp.bake_chain", icon="PLAY")
 
 
+class SAMP_PT_rig(InPanel, bpy.types.Panel):
+    """The take on another rig: the active armature."""
+
+    bl_idname = "SAMP_PT_rig"
+    bl_label = "Other Rigs"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, active = self.layout, context.view_layer.objects.active
+        layout.operator("samp.carry_to_rig", icon="ARMATURE_DATA")
+        layout.operator("samp.guess_rig_map")
+        if active is not None and active.type == "ARMATURE" and len(getattr(active, rig_table.TABLE)):
+            layout.template_list(
+                "SAMP_UL_rig_map", "", active, rig_table.TABLE, active, rig_table.ACTIVE, rows=6
+            )
+
+
 def _chosen(settings: bpy.types.PropertyGroup) -> bpy.types.Action | None:
     """The take that is chosen in the list."""
     actions = bpy.data.actions
@@ -125,5 +152,5 @@ def _draw_measures(layout: bpy.types.UILayout, take: bpy.types.Action) -> None:
             column.label(text=f"{text}: {was}{numbers[key]:.1f} {unit}")
 
 
-CLASSES = (SAMP_UL_takes, SAMP_UL_steps, SAMP_PT_takes)
-LATER = (SAMP_PT_chain,)
+CLASSES = (SAMP_UL_takes, SAMP_UL_steps, SAMP_UL_rig_map, SAMP_PT_takes)
+LATER = (SAMP_PT_chain, SAMP_PT_rig)

@@ -8,7 +8,7 @@ ENTRIES = (
     ("sit_here", "lie_here", "walk_here"),
     ("sample_goals", "plan_path", "build_navmesh", "add_waypoint"),
     ("refine", "set_cushion", "measure"),
-    ("create_character", "bake", "export_take"),
+    ("create_character", "bake", "export_take", "carry_to_rig"),
 )
 
 

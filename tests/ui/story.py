@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from driver import Window
 
 GOALS = 5  # arrows that Find Goals draws
-HEADER = 51  # pixels from a button up to the header of the part above its own
+HEADERS = (46, 52, 58, 64)  # pixels from a button up to the header of the part above its own
 PATIENCE = 240.0  # seconds; software GL and two busy cores
 
 
@@ -159,10 +159,23 @@ class _Tale:
         window.shot("refined")
         return f"{time.monotonic() - begun:.1f} s"
 
+    def _unfold(self, below: str, inside: str) -> None:
+        """Clicks the header of the part above a button's own, until a button inside of it is there."""
+        from driver import Failure
+
+        x, y = self.window.find(below)
+        for height in HEADERS:
+            self.window.click(x, y - height)
+            try:
+                self.window.find(inside)
+                return
+            except Failure:
+                continue
+        raise Failure(f"no part with '{inside}' unfolds above '{below}'")
+
     def places(self) -> None:
         window = self.window
-        x, y = window.find("bpy.ops.samp.refine(")
-        window.click(x, y - HEADER)  # opens the part above
+        self._unfold("bpy.ops.samp.refine", "bpy.ops.samp.sample_goals")
         window.ask("ui.look((0.6, 0.6, 0.6), 8.0, 1)")
         sofa = "bpy.data.objects['Sofa Seat cushion']"
         window.ask(f"bpy.context.view_layer.objects.__setattr__('active', {sofa})")
