@@ -4,7 +4,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 MODULE := samp_blender
 
-.PHONY: venv test demo bench evaluate package lint format matrix
+.PHONY: venv test test-ui pictures demo bench evaluate package lint format matrix
 
 venv: $(VENV)/ready
 	@$(PY) .ci/check_system.py
@@ -20,6 +20,19 @@ $(VENV)/ready: requirements.txt pyproject.toml
 
 test: venv lint
 	$(PY) -m pytest
+
+# A real Blender with a window: make test-ui BLENDER=/path/to/blender. ROOT=FOLDER is the root of another system that
+# has Blender, Xvfb, xdotool and ImageMagick (tests/ui/debian.sh makes one).
+BLENDER ?= blender
+SHOTS ?= cache/shots
+
+test-ui: venv
+	$(PY) -m $(MODULE).release.build --kinds bare --output cache/ui
+	ROOT="$(ROOT)" BLENDER="$(BLENDER)" tests/ui/run.sh cache/ui/*.zip $(SHOTS)
+
+# Puts pictures of the last test-ui into the documentation.
+pictures: venv
+	$(PY) docs/update_pictures.py $(SHOTS)
 
 lint: venv
 	$(VENV)/bin/ruff check .
@@ -38,6 +51,7 @@ bench: venv
 	$(PY) -m $(MODULE).benchmarks.scene
 	$(PY) -m $(MODULE).benchmarks.rollout
 	$(PY) -m $(MODULE).benchmarks.click
+	$(PY) -m $(MODULE).benchmarks.large
 	$(PY) -m $(MODULE).benchmarks.refine
 
 # The papers' measures, on furniture that no training has seen.

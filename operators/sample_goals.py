@@ -17,7 +17,7 @@ class SAMP_OT_sample_goals(bpy.types.Operator):
 
     target: StringProperty(
         name="Target",
-        description="Object, empty or collection of the furniture; empty: the active object",
+        description="Object, empty or collection of the furniture; empty: what is selected",
         options={"SKIP_SAVE"},
     )
     action: EnumProperty(
@@ -39,8 +39,8 @@ class SAMP_OT_sample_goals(bpy.types.Operator):
         return outcome.run(self, lambda: self._sample(context))
 
     def _sample(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import goals
+        from ..samp_addon.blender import goals, targets
 
-        target = self.target or goals.active_target(context)
+        target = self.target or targets.clicked_target(context)
         made = goals.sample_goals(context, target, self.action, self.count, self.seed)
         return f"Placed {len(made)} goal{'s' if len(made) > 1 else ''} on '{target}'."

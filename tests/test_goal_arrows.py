@@ -64,6 +64,17 @@ def test_without_a_target_the_active_object_is_meant_even_when_an_arrow_is_activ
     assert len(goals.arrows(bpy.context, "Sofa")) == 1
 
 
+def test_a_click_on_a_part_means_the_whole_piece(sofa):
+    parent = bpy.data.objects.new("Couch", None)
+    cushion = add("Cushion", np.array([[[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]]) + [0.0, 0.45, 0.0])
+    bpy.context.scene.collection.objects.link(parent)
+    sofa.parent = cushion.parent = parent
+    bpy.context.view_layer.update()
+    bpy.context.view_layer.objects.active = cushion
+    assert bpy.ops.samp.sample_goals(count=2) == {"FINISHED"}
+    assert len(goals.arrows(bpy.context, "Couch")) == 2
+
+
 def test_arrows_are_read_back_as_the_goals_they_were_made_of(sofa):
     before = seats.find_goals(target().triangles, "sit")
     goals.add_goals(bpy.context, before, "Sofa")

@@ -94,14 +94,6 @@ def read_goals(context: bpy.types.Context, target: Target, action: str | None = 
     return [_on_surface(support, arrow) for arrow in found]
 
 
-def active_target(context: bpy.types.Context) -> str:
-    """The active object's name, or for an arrow its target's. Raises SampError where nothing is active."""
-    active = context.view_layer.objects.active
-    if active is None:
-        raise SampError("No object is active; click the furniture, or name a target.")
-    return active.get(TARGET_KEY, active.name)
-
-
 def _on_surface(support: SupportMap, arrow: bpy.types.Object) -> Goal:
     goal = read_arrow(arrow)
     snapped = seats.snap_on(support, goal, REACH)

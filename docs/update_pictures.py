@@ -1,0 +1,37 @@
+"""Puts pictures of the last `make test-ui` into the documentation: cropped, and with few colours.
+
+python docs/update_pictures.py SHOTS
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from PIL import Image
+
+IMAGES = Path(__file__).resolve().parent / "images"
+# Name in the documentation: the end of the shot's name, and the part that is kept (left, top, right, bottom).
+PICTURES = {
+    "running": ("running", (240, 80, 1310, 860)),
+    "refined": ("refined", (240, 80, 1310, 930)),
+    "goals": ("goals_and_path", (240, 80, 1310, 930)),
+}
+COLOURS = 128
+
+
+def main(shots: Path) -> None:
+    """Writes IMAGES; a picture whose shot is missing stays as it is."""
+    IMAGES.mkdir(exist_ok=True)
+    for name, (end, box) in PICTURES.items():
+        found = sorted(shots.glob(f"*_{end}.png"))
+        if not found:
+            print(f"There is no shot '{end}' in {shots}; run make test-ui.")
+            continue
+        picture = Image.open(found[-1]).convert("RGB").crop(box)
+        picture.quantize(COLOURS).save(IMAGES / f"{name}.png", optimize=True)
+        print(f"docs/images/{name}.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# debian.sh SUITE ROOT: a Debian system with Blender and what test-ui needs, in the folder ROOT (trixie has Blender
+# 4.3, sid 5.2). Needs root, debootstrap and 3 GB. Before deleting ROOT: umount ROOT/proc ROOT/sys ROOT/dev.
+set -euo pipefail
+suite=$1 root=$(realpath -m "$2")
+mirror=$(awk '/^URIs:/ { print $2; exit }' /etc/apt/sources.list.d/*.sources 2>/dev/null || true)
+mkdir -p "$root"
+[ -e "$root/etc/debian_version" ] || debootstrap --variant=minbase --include=ca-certificates "$suite" "$root" $mirror
+cp /etc/resolv.conf "$root/etc/"
+mkdir -p "$root/usr/local/share/ca-certificates"
+cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
+chroot "$root" update-ca-certificates >/dev/null 2>&1
+mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
+for part in dev sys; do mountpoint -q "$root/$part" || mount --bind "/$part" "$root/$part"; done
+export DEBIAN_FRONTEND=noninteractive
+chroot "$root" apt-get update -q
+chroot "$root" apt-get install -y -q --no-install-recommends blender xvfb xdotool imagemagick libegl1 libgl1 \
+    libgl1-mesa-dri libglx-mesa0 fonts-dejavu-core python3-pip python3-numpy python3-requests python3-zstandard \
+    python3-torch python3-scipy python3-safetensors
+# The extensions of Blender 5.2 need a package that Debian's does not ask for.
+chroot "$root" python3 -c 'import cattrs' 2>/dev/null ||
+    chroot "$root" python3 -m pip install -q --break-system-packages cattrs fastjsonschema || true
