@@ -58,9 +58,7 @@ def test_a_rolling_foot_pitches_at_first_and_turns_later():
     sole = np.array([0.0, -0.08, -0.05]), np.array([0.0, -0.08, 0.12])
     still = np.array([1.0, 0.0, 0.0, 0.0])
     vectors = np.array([[0.05, 0.2, 0.1], [0.8, 0.2, 0.1]])
-    pitched = rotation.to_axis_angle(
-        feet_standing._pitched(rotation.from_axis_angle(vectors), still, sole)
-    )
+    pitched = rotation.to_axis_angle(feet_standing._pitched(rotation.from_axis_angle(vectors), still, sole))
     np.testing.assert_allclose(pitched[0], [0.05, 0.0, 0.0], atol=0.02)
     np.testing.assert_allclose(pitched[1], vectors[1], atol=1e-6)
 

@@ -65,11 +65,20 @@ def clear(context: bpy.types.Context) -> int:
     # Arrows and way-points are marked as well, but they are empties.
     found = [obj for obj in context.scene.objects if obj.get(OVERLAY_KEY) and obj.data is not None]
     for picture in found:
-        data = picture.data
-        bpy.data.objects.remove(picture)
-        if data.users == 0:
-            bpy.data.batch_remove([data])
+        _remove(picture)
     return len(found)
+
+
+def _remove(picture: bpy.types.Object) -> None:
+    """Takes a picture away, with what nobody else uses."""
+    data = picture.data
+    materials = list(data.materials) if data is not None else []
+    bpy.data.objects.remove(picture)
+    if data is not None and data.users == 0:
+        bpy.data.batch_remove([data])
+    bpy.data.batch_remove(
+        [material for material in materials if material is not None and material.users == 0]
+    )
 
 
 def _mesh(name: str, points: np.ndarray, quads: np.ndarray) -> bpy.types.Mesh:
@@ -86,16 +95,22 @@ def _place(
     collection = _collection(context)
     before = next((obj for obj in collection.objects if obj.get(OVERLAY_KEY) == name), None)
     if before is not None:
-        old = before.data
-        bpy.data.objects.remove(before)
-        if old is not None and old.users == 0:
-            bpy.data.batch_remove([old])
+        _remove(before)
+    data.materials.append(_material(name.split(" ")[1], colour))
     obj = bpy.data.objects.new(name, data)
     obj[OVERLAY_KEY] = name
     obj.hide_render, obj.color = True, colour
     collection.objects.link(obj)
     context.view_layer.update()
     return obj
+
+
+def _material(kind: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
+    """What shows a picture in its colour, one for each kind."""
+    name = f"SAMP {kind}"
+    found = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+    found.diffuse_color = colour
+    return found
 
 
 def _collection(context: bpy.types.Context) -> bpy.types.Collection:
