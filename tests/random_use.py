@@ -19,11 +19,12 @@ from samp_blender.samp_addon.motion import Motion
 NOT_ALONE = {"stop"}
 # What an artist's data never lose. The character shows the takes; so does what is selected, and the scene's lists.
 MAY_CHANGE = (
-    r"objects/Human\.(animation_data|pose\.bones)",
+    r"objects/Human\.(mode|animation_data|pose\.bones)",
     r"objects/Human\[custom\]",
     r"actions/.*use_fake_user",
     r".*\.shown/|.*\.active|context\.",
     r"scenes/.*(layer_collection|\.cursor|\.samp\.)",
+    r"scenes/.*\.frame_(start|end|current|current_final|float|subframe|preview_.*)",  # Fit Frame Range
     r"objects/(Floor|Sofa|Bed)\[custom\]",  # a soft seat, which the artist asked for
 )
 Step = tuple[str, dict]
@@ -81,6 +82,11 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
         "refine": {"strength": rng.random(), "character": rng.choice(("", "Human"))},
         "set_cushion": {"depth": rng.uniform(0, 0.1)},
         "measure": {"character": rng.choice(("", "Human"))},
+        "edit_chain": {"change": rng.choice(("ADD", "ADD", "REMOVE", "UP", "DOWN"))},
+        "delete_take": {"unstarred": rng.random() < 0.5},
+        "show_take": {"action_name": rng.choice(("", "sit Sofa 0", "Mine")), "fit": rng.random() < 0.3},
+        "clear_overlays": {"what": rng.choice(("ALL", "GOALS", "WAYPOINTS", "PICTURES"))},
+        "export_take": {"filepath": str(files / "take"), "kind": rng.choice(("NPZ", "FBX", "BVH"))},
     }
     return known.get(name, {})
 
