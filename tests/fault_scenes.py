@@ -251,7 +251,7 @@ CASES = (
     Case(
         "nothing is active for goals",
         lambda room: activate(None),
-        told="No object is active",
+        told="No furniture is selected",
         press=press("sample_goals"),
     ),
     Case(

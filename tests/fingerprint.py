@@ -16,6 +16,9 @@ import numpy as np
 
 # Data-blocks of the window and of Blender itself.
 NOT_THE_ARTISTS = {"screens", "window_managers", "workspaces", "brushes", "palettes", "paint_curves"}
+OWN_LIBRARIES = (
+    "essentials_"  # files of brushes that Blender links when a mode is entered, and drops by itself
+)
 DERIVED = {
     *("rna_type", "bl_rna", "id_data", "original", "users", "tag", "session_uid", "preview", "depsgraph"),
     *("is_evaluated", "is_runtime_data", "is_missing", "library_weak_reference", "bound_box", "dimensions"),
@@ -51,6 +54,8 @@ def taken() -> dict[str, object]:
         layer.update()
     for kind in _kinds():
         for block in getattr(bpy.data, kind):
+            if kind == "libraries" and block.name.startswith(OWN_LIBRARIES):
+                continue
             path = f"{kind}/{block.name_full}"
             told[path] = kind
             _properties(told, path, block, set())
