@@ -5,6 +5,8 @@ Network frame, metres. A goal's direction is the root's heading: see scene/seats
 
 from __future__ import annotations
 
+import hashlib
+from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,12 +16,16 @@ import numpy as np
 from ..errors import SampError
 from ..motion import Goal
 from ..scene import seats
+from ..scene.seats import Seat
+from ..scene.support import SupportMap
 from ..scene.voxels import InteractionGrid
 
 ROUNDS = 6
 """How often the network is asked again, for as many goals as are still missing and then some."""
 GOOD = 0.7
 """Share of the best score on the object from which on a sample stays exactly where it is."""
+KEPT = 4
+"""Objects whose places are kept."""
 MOST_SHIFT = 0.20
 """Metres by which a sampled goal may be moved to where the surface carries."""
 
@@ -64,12 +70,10 @@ def draw_goals(
         raise SampError(
             f"Goals on an object are for 'sit' and 'lie', not for '{action}'; choose one of these."
         )
-    support = seats.map_of(triangles, floor_height, obstacles)
-    found = seats.seats_on(support, action, seats.MANY)
+    piece = _piece(triangles, action, obstacles, floor_height)
+    support, found, grid = piece.support, piece.found, piece.grid
     if not found:
         raise SampError(f"Nobody can {action} on this object; {_advice(action)}.")
-    # The front is the object's own, whatever stands around it.
-    grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles))
     # Samples are held to what the labels were held to: no much worse place than the object's best.
     best = found[0].score
     least, enough = seats.WORTH[action] * best, GOOD * best
@@ -85,6 +89,38 @@ def draw_goals(
     # By turns through the best places, beginning at another one for each seed.
     goals += [found[(seed + k) % len(found)].goal for k in range(missing)]
     return GoalSamples(goals, missing, rejected)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """What all samples on an object share: what carries, the places found by geometry, and what the network sees."""
+
+    support: SupportMap
+    found: list[Seat]
+    grid: InteractionGrid | None
+
+
+_pieces: OrderedDict[tuple, _Piece] = OrderedDict()
+
+
+def _piece(
+    triangles: np.ndarray, action: str, obstacles: np.ndarray | None, floor_height: float | None
+) -> _Piece:
+    """The object as it was looked at before, or looked at now: every take of a batch asks for it again."""
+    digest = (
+        lambda a: None if a is None else hashlib.blake2b(np.ascontiguousarray(a), digest_size=16).digest()
+    )
+    key = digest(triangles), digest(obstacles), action, floor_height
+    if key not in _pieces:
+        support = seats.map_of(triangles, floor_height, obstacles)
+        found = seats.seats_on(support, action, seats.MANY)
+        # The front is the object's own, whatever stands around it.
+        grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles)) if found else None
+        _pieces[key] = _Piece(support, found, grid)
+    _pieces.move_to_end(key)
+    while len(_pieces) > KEPT:
+        _pieces.popitem(last=False)
+    return _pieces[key]
 
 
 def _advice(action: str) -> str:

@@ -22,7 +22,7 @@ def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object
     yield "create a character", tale.create
     yield "click the sofa", tale.pick
     yield "Sit Here", tale.sit
-    yield "Sit Here again: another way", tale.again
+    yield "Sit Here again, and a save meanwhile", tale.again
     yield "Esc stops", tale.escape
     yield "the cancel button stops", tale.cancel
     yield "star one, delete the other", tale.keep
