@@ -15,6 +15,7 @@ CONTACT_DISTANCE = 0.01
 DEPTHS = (0.02, 0.05)
 _ROUNDING = 1e-5  # metres; soles that stand on the floor are not under it
 _CHUNK_SECONDS = 0.5
+JOINED = 0.8  # share of two chunks' boxes up to which one box for both is no larger work
 
 
 def body_depth(
@@ -78,8 +79,7 @@ def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[
     if not len(close):
         return depth, touching
     surface, free = Surface(close), free_counts(scene, vertices[0])
-    for start in range(0, len(vertices), chunk):
-        part = slice(start, start + chunk)
+    for part in _parts(vertices, chunk):
         points = vertices[part].reshape(-1, 3)
         low, high = points.min(0) - MARGIN, points.max(0) + MARGIN
         if not scene.overlapping(low, high).any():
@@ -88,6 +88,21 @@ def _depth_in(vertices: np.ndarray, triangles: np.ndarray, chunk: int) -> tuple[
         deep, touch = _point_depth(points, grid, surface)
         depth[part], touching[part] = deep.reshape(-1, depth.shape[1]), touch.reshape(-1, depth.shape[1])
     return depth, touching
+
+
+def _parts(vertices: np.ndarray, chunk: int) -> list[slice]:
+    """Spells of frames of vertices (T, V, 3) that share a grid: chunks, joined where the body hardly moves on."""
+    lows, highs = vertices.min(1), vertices.max(1)
+    volume = lambda part: float(np.prod(highs[part].max(0) - lows[part].min(0)))
+    parts: list[slice] = []
+    for start in range(0, len(vertices), chunk):
+        part = slice(start, start + chunk)
+        both = slice(parts[-1].start, part.stop) if parts else part
+        if parts and volume(both) < JOINED * (volume(parts[-1]) + volume(part)):
+            parts[-1] = both
+        else:
+            parts.append(part)
+    return parts
 
 
 def _point_depth(points: np.ndarray, grid: SolidGrid, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
