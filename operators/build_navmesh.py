@@ -40,10 +40,7 @@ class SAMP_OT_build_navmesh(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
-            return False
-        return True
+        return outcome.in_object_mode(cls, context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self._build(context))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
 
+from ..samp_addon.ui.settings import SHAPES
 from . import outcome
 
 
@@ -38,14 +39,9 @@ class SAMP_OT_create_character(bpy.types.Operator):
     muscular: _shape("Muscular", "More muscle")
     elder: _shape("Elder", "An older figure")
 
-    SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
-
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
-            return False
-        return True
+        return outcome.in_object_mode(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.location = context.scene.cursor.location
@@ -57,7 +53,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
     def _create(self, context: bpy.types.Context) -> str:
         from ..samp_addon.blender import character
 
-        shapes = {name: getattr(self, name) for name in self.SHAPES}
+        shapes = {name: getattr(self, name) for name in SHAPES}
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
         context.scene.samp.character = context.scene.samp.character or made
         return f"Created '{made.name}'."

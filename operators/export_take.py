@@ -49,8 +49,7 @@ class SAMP_OT_export_take(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import exporting
+        from ..samp_addon.blender import asking, exporting
 
-        chosen = context.scene.samp.character
-        name = self.character or (chosen.name if chosen else "")
+        name = self.character or asking.character_name(context.scene.samp)
         return f"Wrote '{exporting.export_take(context, self.filepath, self.kind, name)}'."

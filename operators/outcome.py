@@ -39,3 +39,11 @@ def in_object_or_pose_mode(operator: type[bpy.types.Operator], context: bpy.type
         operator.poll_message_set("Go to Object or Pose Mode first")
         return False
     return True
+
+
+def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether an operator that works in Object Mode alone can run; its tooltip says why not."""
+    if context.mode != "OBJECT":
+        operator.poll_message_set("Go to Object Mode first")
+        return False
+    return True

@@ -35,10 +35,9 @@ class TakeOperator:
 
     def owner(self, context: bpy.types.Context) -> bpy.types.Object:
         """The character. Raises SampError where there is none."""
-        from ..samp_addon.blender import armature
+        from ..samp_addon.blender import armature, asking
 
-        chosen = context.scene.samp.character
-        return armature.find(context, self.character or (chosen.name if chosen else ""))
+        return armature.find(context, self.character or asking.character_name(context.scene.samp))
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action:
         """The take. Raises SampError where there is none."""

@@ -50,6 +50,10 @@ class Motion:
         """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints."""
         return skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
 
+    def posed(self, part: slice | np.ndarray) -> Motion:
+        """The poses of some frames, without what else is known of them: contacts, actions, the interaction."""
+        return Motion(self.root[part], self.rotations[part], self.fps, rest_joints=self.rest_joints)
+
     def resampled(self, fps: float) -> Motion:
         """The same motion at another frame rate: positions linear, rotations by slerp, the end kept."""
         if abs(fps - self.fps) < 1e-9 or len(self) < 2:

@@ -15,9 +15,7 @@ from ..motion import Motion
 from ..rotation import turned
 from . import channels, compat
 from .armature import Calibration, calibrate
-
-# What a take knows beyond its keyframes travels with the Action under this custom property.
-NOTES = "samp"
+from .take_list import NOTES
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,7 @@ def word(settings: bpy.types.PropertyGroup) -> str:
 
 
 def why_not(context: bpy.types.Context) -> str:
-    """Why the button cannot do anything now; empty where it can."""
-    if context.mode not in {"OBJECT", "POSE"}:
-        return "Go to Object or Pose Mode first"
+    """What the button lacks to do anything; empty where it has all."""
     settings = context.scene.samp
     if settings.action in SEATED and settings.target is None and not _something_clicked(context):
         return f"Click what to {settings.action} on, or choose a target"
@@ -67,7 +65,7 @@ def chain(context: bpy.types.Context) -> Job:
 def common(settings: bpy.types.PropertyGroup) -> dict:
     """The options that every job has."""
     return {
-        "character": settings.character.name if settings.character else "",
+        "character": character_name(settings),
         "seed": settings.seed,
         "variants": settings.variants,
         "hold": settings.hold,
@@ -75,6 +73,11 @@ def common(settings: bpy.types.PropertyGroup) -> dict:
         "speed": round(settings.speed, 4),
         "refine": settings.refine,
     }
+
+
+def character_name(settings: bpy.types.PropertyGroup) -> str:
+    """The name of the character that is chosen in the sidebar; empty where none is."""
+    return settings.character.name if settings.character else ""
 
 
 def is_furniture(thing: bpy.types.Object) -> bool:

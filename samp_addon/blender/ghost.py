@@ -49,8 +49,7 @@ class Ghost:
 
     def skin(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Places (V, 3) of the body's vertices in Blender's world in a frame, and their colours (V, 4)."""
-        motion, part = self._motion, slice(frame, frame + 1)
-        one = Motion(motion.root[part], motion.rotations[part], rest_joints=motion.rest_joints)
+        one = self._motion.posed(slice(frame, frame + 1))
         places = frames.to_blender(human.skin(self.body, one)[0]).astype(np.float32)
         corners = places[self._triangles]
         faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

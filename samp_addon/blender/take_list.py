@@ -12,7 +12,8 @@ import bpy
 from ..errors import SampError
 from . import compat
 
-NOTES = "samp"  # of actions.py: what makes an Action a take
+NOTES = "samp"
+"""Custom property of an Action that makes it a take: what it knows beyond its keyframes (actions.py)."""
 MEASURES_KEY, BEFORE_KEY = "samp_measures", "samp_before"
 """Custom properties of an Action: its measures, and for a refined one those of what it was refined from."""
 STAR_KEY = "samp_star"

@@ -22,7 +22,7 @@ from . import energies
 from .field import Field
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
 from .standing import FootPlan, ball
-from .weight import carried
+from .weight import TOUCHING, carried
 
 STEPS = (40, 80)  # of the two stages
 LOOK = 10  # steps between two looks at the scene
@@ -32,7 +32,6 @@ GROUND = 10.0  # of leaving the ground, beside staying with the input
 BETAS = (0.9, 0.999)
 MARGIN = 0.006  # metres that skin keeps off things
 SOLE_THICKNESS, SOLE_MARGIN = 0.02, -0.012  # soles are put onto the ground afterwards, see standing.py
-TOUCHING = 0.007  # metres within which skin counts as touching
 ACTIVE = 0.06  # metres from a surface within which a vertex is watched
 HELD = 200.0  # vertices that weigh as much as a metre between a body and what carries it
 TOUCH_FROM = 0.05  # metres from a surface within which skin is drawn to it
@@ -196,7 +195,7 @@ class Optimiser:
             shift, turn = (c.numpy().astype(np.float64) for c in self.changes())
         rows = self.rows.numpy()
         moved = changed(self.motion, shift, turn)
-        thin = Motion(moved.root[rows], moved.rotations[rows], rest_joints=moved.rest_joints)
+        thin = moved.posed(rows)
         skin = human.skin(self.body, thin, self.body.collision)
         if self.watched is None:
             self._near = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.looks.near)

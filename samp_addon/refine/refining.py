@@ -159,7 +159,7 @@ def _optimised(
     for number, (first, last) in enumerate(spans):
         part = slice(first, last)
         optimiser = Optimiser(
-            _cut(motion, part), body, field_, weights, [_cut_plan(plan, part) for plan in feet],
+            motion.posed(part), body, field_, weights, [_cut_plan(plan, part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
         )  # fmt: skip
         told = lambda share, n=number: progress("Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans)))
@@ -171,10 +171,6 @@ def _optimised(
         shift[part] += share[:, None] * (moved[0] - shift[part])
         turn[part] += share[:, None, None] * (moved[1] - turn[part])
     return changed(motion, shift, turn)
-
-
-def _cut(motion: Motion, part: slice | np.ndarray) -> Motion:
-    return Motion(motion.root[part], motion.rotations[part], motion.fps, rest_joints=motion.rest_joints)
 
 
 def _cut_plan(plan: FootPlan, part: slice) -> FootPlan:
@@ -202,7 +198,7 @@ def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
         )
     rows = np.linspace(0, len(motion) - 1, min(len(motion), 16)).astype(int)
     few = body.collision[:: max(1, len(body.collision) * len(rows) // SOME // 8)]
-    free = human.skin(body, _cut(motion, rows), few).reshape(-1, 3).astype(np.float64)
+    free = human.skin(body, motion.posed(rows), few).reshape(-1, 3).astype(np.float64)
     field_ = Field(surroundings.triangles, surroundings.give, surroundings.floor, free)
     floor = lowest_ground(motion, field_) if surroundings.floor is None else None
     # Most floors are planes, which have no inside of their own.

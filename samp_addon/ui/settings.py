@@ -51,14 +51,14 @@ def _shown_take(settings: bpy.types.PropertyGroup) -> int:
 
 def _show_take(settings: bpy.types.PropertyGroup, number: int) -> None:
     """A click on a take in the list shows it on the character."""
-    from ..blender import armature, take_list
+    from ..blender import armature, asking, take_list
     from ..errors import SampError
 
     actions = bpy.data.actions
     if not 0 <= number < len(actions) or not take_list.is_take(actions[number]):
         return
     try:
-        owner = armature.find(bpy.context, settings.character.name if settings.character else "")
+        owner = armature.find(bpy.context, asking.character_name(settings))
         take_list.show(bpy.context, owner, actions[number])
     except SampError:
         # The character may be linked, or gone: then there is nobody to show the take on.
