@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 import build_room
 import numpy as np
-from samp_blender.samp_addon.blender import actions, contact_sheet, jobs, movie, render
+from samp_blender.samp_addon.blender import actions, contact_sheet, jobs, movie, render, reporting
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.job import Job
 from samp_blender.samp_addon.synthesis.chain import Tools
@@ -84,7 +84,7 @@ def main(folder: Path = HERE, tools: Tools | None = None) -> int:
     begun = time.perf_counter()
     try:
         result = bake(tools)
-        report = jobs.report(result.variants, [vars(failure) for failure in result.failures])
+        report = reporting.report(result.variants, [vars(failure) for failure in result.failures])
         (folder / "report.json").write_text(json.dumps(report, indent=1) + "\n")
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / "demo.blend"), copy=True)
         print(f"Baked {len(result.actions)} takes in {time.perf_counter() - begun:.1f} s")

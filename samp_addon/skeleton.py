@@ -65,14 +65,24 @@ def forward_kinematics(
     rest_joints: (J or more, 3). Returns positions (T, J, 3) and global quaternions (T, J, 4).
     """
     count = rotations.shape[1]
-    positions = np.empty((*rotations.shape[:2], 3))
-    globals_ = np.empty(rotations.shape)
-    positions[:, 0], globals_[:, 0] = root, rotations[:, 0]
+    local = np.ascontiguousarray(np.asarray(rotations, dtype=np.float64).T)  # (4, J, T)
+    bones = (rest_joints[:count] - rest_joints[np.maximum(PARENTS[:count], 0)]).T[..., None]
+    globals_, positions = np.empty_like(local), np.empty((3, *local.shape[1:]))
+    globals_[:, 0], positions[:, 0] = local[:, 0], np.asarray(root).T
+    for joints in _generations(count):
+        above = globals_[:, PARENTS[joints]]
+        globals_[:, joints] = rotation.product(above, local[:, joints])
+        positions[:, joints] = positions[:, PARENTS[joints]] + rotation.turn(above, bones[:, joints])
+    return np.ascontiguousarray(positions.T), np.ascontiguousarray(globals_.T)
+
+
+@functools.cache
+def _generations(count: int) -> tuple[np.ndarray, ...]:
+    """Of the first ``count`` joints, those with as many joints above them as each other, the pelvis left out."""
+    depth = np.zeros(count, int)
     for j in range(1, count):
-        p = PARENTS[j]
-        globals_[:, j] = rotation.multiply(globals_[:, p], rotations[:, j])
-        positions[:, j] = positions[:, p] + rotation.rotate(globals_[:, p], rest_joints[j] - rest_joints[p])
-    return positions, globals_
+        depth[j] = depth[PARENTS[j]] + 1
+    return tuple(np.flatnonzero(depth == level) for level in range(1, depth.max() + 1))
 
 
 def local_rotations(globals_: np.ndarray) -> np.ndarray:

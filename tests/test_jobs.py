@@ -10,7 +10,7 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-from samp_blender.samp_addon.blender import actions, armature, character, jobs, measuring
+from samp_blender.samp_addon.blender import actions, armature, character, jobs, measuring, reporting
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.job import Job, UsageError
 
@@ -48,7 +48,7 @@ def test_each_take_is_an_action_and_the_first_is_active(start):
 def test_the_report_tells_what_the_armature_shows(start):
     bpy.context.scene.render.fps, bpy.context.scene.frame_start = 24, 11
     result = run(replace(SIT, start=start))
-    report = json.loads(json.dumps(jobs.report(result.variants)))
+    report = json.loads(json.dumps(reporting.report(result.variants)))
     assert report["schema_version"] == 1
     for variant, action in zip(report["variants"], result.actions, strict=True):
         actions.activate_action(result.owner, action)

@@ -7,7 +7,8 @@ import pytest
 import rooms
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import human
-from samp_blender.samp_addon.evaluation import collision, diversity, feet, metrics
+from samp_blender.samp_addon.evaluation import collision, diversity, feet, metrics, obstacles
+from samp_blender.samp_addon.evaluation.obstacles import Obstacles
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene import solids
 
@@ -45,7 +46,7 @@ GOAL = Goal(np.array([0.0, FLOOR, 0.0]), np.array([0.0, 0.0, 1.0]), "idle")
 
 
 def test_a_perfect_take_scores_perfectly():
-    numbers = metrics.measure(standing(), GOAL, box((2, 0, 2), (3, 1, 3)))
+    numbers = metrics.measure(standing(), GOAL, Obstacles(box((2, 0, 2), (3, 1, 3))))
     assert numbers["success"] is True
     assert numbers["execution_time_s"] == 0
     assert numbers["non_collision"] == 1
@@ -142,7 +143,7 @@ SOLIDS = {
 def test_a_body_inside_a_box_is_found_out(name):
     """The head walks into a box that hangs from above: it is as deep as it is over the box's underside."""
     motion = standing(1.0, (0, FLOOR, -1.5), speed=1.5)
-    numbers = collision.measures(motion, SOLIDS[name])
+    numbers = collision.measures(motion, Obstacles(SOLIDS[name]))
     top = FLOOR + float(human.load().vertices[:, 1].max())
     inside = 100 * np.mean(motion.root[:, 2] > -0.5)
     if name != "bottom open":  # without its bottom the nearest surface of that box is a side
@@ -155,7 +156,7 @@ def test_a_body_inside_a_box_is_found_out(name):
 @pytest.mark.parametrize(("depth", "percent"), [(-0.05, (0, 0)), (0.035, (100, 0)), (0.08, (100, 100))])
 def test_depth_limits(depth, percent):
     """A floor slab reaches up the feet by `depth`."""
-    numbers = collision.measures(standing(0.2), box((-2, -1, -2), (2, depth, 2)))
+    numbers = collision.measures(standing(0.2), Obstacles(box((-2, -1, -2), (2, depth, 2))))
     assert (numbers["penetration_2cm_percent"], numbers["penetration_5cm_percent"]) == percent
 
 
@@ -167,30 +168,51 @@ def test_the_side_is_right_close_to_a_surface():
     depth = rng.uniform(-0.018, 0.04, 400)
     depth[np.abs(depth) < 0.001] = 0.001
     places[:, 1] = 0.1 - depth
-    far = np.array([[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]])
-    points = np.concatenate([places, far])
-    scene = solids.Boxed.of(slab)
-    grid = solids.SolidGrid.build(scene, points, solids.free_counts(scene, far))
-    found, touching = collision._point_depth(points, grid, solids.Surface(slab))
-    np.testing.assert_allclose(found[:400], np.maximum(depth, 0), atol=1e-4)
-    np.testing.assert_array_equal(touching[:400], depth >= -collision.CONTACT_DISTANCE)
+    free = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0]])
+    found, touching = Obstacles(slab).depth(np.stack([np.tile(free, (200, 1)), places]))
+    np.testing.assert_allclose(found[1], np.maximum(depth, 0), atol=1e-4)
+    np.testing.assert_array_equal(touching[1], depth >= -obstacles.CONTACT_DISTANCE)
+    assert not found[0].any()
+
+
+def test_takes_that_share_obstacles_measure_as_one_alone():
+    """Surfaces are looked at farther and farther out, as takes ask about them."""
+    scene = np.concatenate([box((-1, 0, z), (1, 2, z + 0.4)) for z in (5, 12, -9)])
+    walks = [standing(4, (0, FLOOR, z), speed=1.5) for z in (0, 7, -14, 0)]
+    shared = Obstacles(scene)
+    for walk in walks:
+        for one, other in zip(
+            collision.body_depth(walk, shared, 0.0),
+            collision.body_depth(walk, Obstacles(scene), 0.0),
+            strict=True,
+        ):
+            np.testing.assert_allclose(one, other, atol=1e-9)
+        assert one.any()
+
+
+def test_deep_inside_of_something_large():
+    """No surface is within reach of the body's cells, and it is inside all the same."""
+    motion = standing(1.0, (0, FLOOR, -4), speed=6.0)
+    depth, _ = collision.body_depth(motion, Obstacles(box((-3, -3, -1), (3, 3, 5))))
+    assert depth[-1].min() > 1.0
 
 
 def test_under_a_table_is_outside():
     table = box((-1, 2.0, -1), (1, 2.1, 1))
-    numbers = collision.measures(standing(0.2), table)
+    numbers = collision.measures(standing(0.2), Obstacles(table))
     assert numbers["penetration_max_cm"] == 0
     assert numbers["contact"] == 0
 
 
 def test_contact_within_a_centimetre():
     reach = float(human.skin(human.load(), standing(0), human.load().collision)[..., 0].max())
-    assert collision.measures(standing(0.1), box((reach + 0.005, 0, -1), (3, 2, 1)))["contact"] == 1
-    assert collision.measures(standing(0.1), box((reach + 0.02, 0, -1), (3, 2, 1)))["contact"] == 0
+    touch = lambda away: collision.measures(standing(0.1), Obstacles(box((away, 0, -1), (3, 2, 1))))
+    assert touch(reach + 0.005)["contact"] == 1
+    assert touch(reach + 0.02)["contact"] == 0
 
 
 def test_under_the_floor():
-    sunk = collision.measures(standing(0.1, (0, FLOOR - 0.03, 0)), np.zeros((0, 3, 3)), floor=0.0)
+    sunk = collision.measures(standing(0.1, (0, FLOOR - 0.03, 0)), Obstacles(np.zeros((0, 3, 3))), floor=0.0)
     assert sunk["penetration_max_cm"] == pytest.approx(3, abs=0.2)
 
 
@@ -198,7 +220,9 @@ def test_under_the_floor():
 def test_a_floor_with_a_thickness_is_only_stood_on(lift):
     """Its soles are within one cell of a slab 10 cm thick; a carpet 8 mm high lies on it."""
     slab = np.concatenate([box((-3, -0.1, -3), (3, 0, 3)), box((-1, 0, -1), (1, 0.008, 1))])
-    depth, touching = collision.body_depth(standing(0.5, (0.003, FLOOR + lift, 0.007)), slab, floor=0.0)
+    depth, touching = collision.body_depth(
+        standing(0.5, (0.003, FLOOR + lift, 0.007)), Obstacles(slab), floor=0.0
+    )
     assert depth.max() == pytest.approx(max(-lift, 0), abs=1e-3)
     assert touching.any() == (lift < 0.018)
 
@@ -206,7 +230,7 @@ def test_a_floor_with_a_thickness_is_only_stood_on(lift):
 def test_a_wall_met_on_a_long_walk():
     """Frames are measured in parts; only those at the wall are deep, and none is lost."""
     walk = standing(4, (0, FLOOR, 0), speed=1.5)
-    depth, touching = collision.body_depth(walk, box((-1, 0, 5), (1, 2, 5.4)))
+    depth, touching = collision.body_depth(walk, Obstacles(box((-1, 0, 5), (1, 2, 5.4))))
     assert depth.shape == touching.shape == (121, 2048)
     at_wall = np.flatnonzero(depth.max(1) > 0.05)
     place = walk.root[at_wall, 2]
@@ -262,4 +286,4 @@ def test_who_stands_on_a_carpet_touches_it(thick, over, touches):
     body = human.load()
     motion = Motion(np.array([[0.0, over - body.floor, 0.0]] * 2), np.tile([1.0, 0, 0, 0], (2, 22, 1)))
     carpet = rooms.box(np.array([-1.0, 0.0, -1.0]), np.array([1.0, thick, 1.0]))
-    assert collision.body_depth(motion, carpet, 0.0)[1].any(1).all() == touches
+    assert collision.body_depth(motion, Obstacles(carpet), 0.0)[1].any(1).all() == touches

@@ -40,7 +40,7 @@ def surroundings(*pieces, give=0.0, floor=0.0):
 
 
 def depth(motion, scene):
-    return collision.body_depth(motion, scene.triangles, scene.floor)[0].max(1)
+    return collision.body_depth(motion, scene.obstacles, scene.floor)[0].max(1)
 
 
 def test_the_skin_is_the_bodys_and_the_spline_adds_up():

@@ -212,7 +212,7 @@ class Reader:
         result = np.empty((len(self.times), size))
         for k in range(size):
             curve = self.curves.get((f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{path}', k))
-            result[:, k] = held[k] if curve is None else [curve.evaluate(time) for time in self.times]
+            result[:, k] = held[k] if curve is None else _sampled(curve, self.times)
         return result
 
     def quaternions(self, bone: str) -> np.ndarray:
@@ -247,6 +247,17 @@ class Reader:
             turn = turned(self.quaternions(bone), rest[:3, :3])
             result.append((rest[:3, 3], turn, self.values(bone, "location", 3) @ rest[:3, :3].T))
         return result
+
+
+def _sampled(curve: bpy.types.FCurve, times: np.ndarray) -> np.ndarray:
+    """An f-curve's values (T,) at frames (T,): those of its keys where it has just these, as takes have."""
+    keys = curve.keyframe_points
+    if len(keys) == len(times) and not curve.modifiers:
+        places = np.empty((len(keys), 2), np.float32)
+        keys.foreach_get("co", places.reshape(-1))
+        if np.array_equal(places[:, 0], times):
+            return places[:, 1]
+    return np.array([curve.evaluate(time) for time in times])
 
 
 def _noted(action: bpy.types.Action, start: int, end: int) -> dict:

@@ -19,7 +19,7 @@ from .. import amass, dependencies, job
 from ..errors import SampError
 from ..job import Order, UsageError
 from ..synthesis.chain import Tools
-from . import actions, jobs, open_scene, take_by_take
+from . import actions, jobs, open_scene, reporting, take_by_take
 from .kept_takes import KeptTakes
 from .ledger import Ledger
 from .whole_files import whole
@@ -214,7 +214,7 @@ def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[
         return True
     try:
         with whole(path) as part:
-            part.write_text(json.dumps(jobs.report(variants, errors), indent=1) + "\n", encoding="utf-8")
+            part.write_text(json.dumps(reporting.report(variants, errors), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         _complain(f"The report '{path}' cannot be written ({error.strerror}); choose another --report.")
         return False

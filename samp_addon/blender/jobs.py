@@ -18,19 +18,30 @@ from ..body import human
 from ..body.human import Human
 from ..errors import SampError
 from ..evaluation import metrics
+from ..evaluation.obstacles import Obstacles
 from ..job import Job
 from ..progress import Progress
-from ..refine.refining import Refined, Surroundings
+from ..refine.refining import Surroundings
 from ..scene.geometry import SceneGeometry
 from ..synthesis import chain
 from ..synthesis.chain import Failure, Situation, Take
 from ..synthesis.refinement import refine_takes
 from ..synthesis.sequence import synthesise_steps
-from . import actions, armature, character, limits, measuring, read_scene, refining, take_list, waypoints
+from . import (
+    actions,
+    armature,
+    character,
+    limits,
+    measuring,
+    read_scene,
+    refining,
+    reporting,
+    take_list,
+    waypoints,
+)
 from . import goals as arrows
 from .thread_run import ThreadRun
 
-SCHEMA_VERSION = 1
 LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
 
@@ -149,6 +160,7 @@ def write(
     limits.refuse_writing(context, plan.owner)
     undo = _Undo(context)
     written, variants = [], []
+    obstacles = Obstacles(plan.situations[-1].scene.triangles)
     try:
         owner = plan.owner or _new_character(context, takes[0])
         for count, take in enumerate(takes):
@@ -159,7 +171,7 @@ def write(
             written.append(action)
             measuring.remember_goal(action, take.goal)
             measuring.remember_ground(action, take.laid_ground)
-            variants.append(_report(context, plan, owner, action, take))
+            variants.append(reporting.entry(context, plan.job, take, action, owner, obstacles))
             before = None if take.refined is None else take.refined.before
             take_list.remember_measures(action, variants[-1]["metrics"], before)
     except BaseException:
@@ -182,11 +194,6 @@ def sentence(result: Result) -> str:
     if left > refining.UNSOLVED * 100:
         told += f" The body is still {left:.0f} cm deep in the scene somewhere."
     return told
-
-
-def report(variants: Sequence[dict] = (), errors: Sequence[dict] = ()) -> dict:
-    """The report's outer form."""
-    return {"schema_version": SCHEMA_VERSION, "variants": list(variants), "errors": list(errors)}
 
 
 def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
@@ -227,72 +234,6 @@ def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
 def _name(job: Job, take: Take) -> str:
     told = ", ".join(" ".join(part for part in (step.action, step.target) if part) for step in job.steps)
     return f"{told[:LONGEST_NAME]} {take.seed}"
-
-
-def _report(
-    context: bpy.types.Context, plan: Plan, owner: bpy.types.Object, action: bpy.types.Action, take: Take
-) -> dict:
-    """The report's entry of one take: what the armature shows, in Blender's world."""
-    first, last = action.frame_range
-    clock = chain.Clock()
-    clock.seconds.update(take.seconds)
-    with clock.stage("measure"):
-        shown = actions.read_motion(owner, action, scene=context.scene)
-        floor = float(take.waypoints[:, 1].min())
-        body = character.body_of(owner)
-        numbers = metrics.measure(shown, take.goal, plan.situations[-1].scene.triangles, floor, body)
-    begun = shown.interaction_start
-    entry = {
-        "seed": take.seed,
-        "action": ",".join(step.action for step in plan.job.steps),
-        "target": ",".join(step.target for step in plan.job.steps),
-        "armature": owner.name,
-        "action_name": action.name,
-        "frame_start": int(first),
-        "frame_end": int(last),
-        "fps": actions.frames_per_second(context.scene),
-        "goal_position": _rounded(frames.to_blender(take.goal.position)),
-        "goal_direction": _rounded(frames.to_blender(take.goal.direction)),
-        "waypoints": _rounded(frames.to_blender(take.waypoints)),
-        "interaction_start": None if begun is None else int(first) + int(begun),
-        "steps": _steps(plan.job, take, int(first), (last - first) / max(len(take.motion) - 1, 1)),
-        "attempts": take.attempts,
-        "metrics": {name: _rounded(value) for name, value in numbers.items()},
-        "seconds": {name: round(value, 3) for name, value in clock.seconds.items()},
-    }
-    return entry if take.refined is None else entry | {"refined": _refined(take.refined)}
-
-
-def _refined(refined: Refined) -> dict:
-    """What a refinement changed, for the report."""
-    sides = {"before": refined.before, "after": refined.after}
-    told = {
-        side: {name: _rounded(value) for name, value in numbers.items()} for side, numbers in sides.items()
-    }
-    return told | {"unsolved_cm": _rounded(refined.unsolved * 100)}
-
-
-def _steps(job: Job, take: Take, first: int, scale: float) -> list[dict]:
-    """What each step of a take is and where it ends, in the scene's frames; empty for a single action."""
-    told, ends = [], np.cumsum([len(step.motion) for step in take.steps]) - 1
-    for step, made, end in zip(job.steps, take.steps, ends, strict=False):
-        told.append(
-            {
-                "action": step.action,
-                "target": step.target,
-                "frame_end": first + round(float(end) * scale),
-                "goal_position": _rounded(frames.to_blender(made.goal.position)),
-                "goal_direction": _rounded(frames.to_blender(made.goal.direction)),
-            }
-        )
-    return told
-
-
-def _rounded(value: object) -> object:
-    """Plain JSON of numbers, six decimals."""
-    if isinstance(value, bool) or value is None:
-        return value
-    return np.round(np.asarray(value, dtype=np.float64), 6).tolist()
 
 
 class _Undo:

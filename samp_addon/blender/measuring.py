@@ -10,6 +10,7 @@ import numpy as np
 from .. import frames
 from ..errors import SampError
 from ..evaluation import metrics
+from ..evaluation.obstacles import Obstacles
 from ..motion import Goal
 from . import actions, armature, character, read_scene
 
@@ -77,7 +78,9 @@ def measure_take(context: bpy.types.Context, name: str = "", action_name: str = 
     people = [thing for thing in context.scene.objects if armature.is_smplx(thing)]
     triangles = read_scene.read_scene(context, people).triangles
     goal = remembered_goal(action)
-    return action.name, metrics.measure(shown, goal, triangles, _floor(shown), character.body_of(owner))
+    return action.name, metrics.measure(
+        shown, goal, Obstacles(triangles), _floor(shown), character.body_of(owner)
+    )
 
 
 def write_text(name: str, numbers: dict) -> bpy.types.Text:

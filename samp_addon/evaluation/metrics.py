@@ -12,6 +12,7 @@ from ..body.human import Human
 from ..motion import Goal, Motion
 from ..skeleton import BODY_COUNT, INDEX
 from . import collision, feet
+from .obstacles import Obstacles
 
 SUCCESS_DISTANCE = 0.20
 """Metres between the pelvis and its goal within which a take has arrived."""
@@ -84,21 +85,21 @@ def goal_measures(motion: Motion, goal: Goal) -> dict[str, float | bool | None]:
 def measure(
     motion: Motion,
     goal: Goal | None = None,
-    triangles: np.ndarray | None = None,
+    obstacles: Obstacles | None = None,
     floor: float = 0.0,
     body: Human | None = None,
 ) -> dict[str, float | bool | None]:
     """All measures of one take, ready for a report: plain numbers.
 
-    goal: None where the take has none. triangles: scene (F, 3, 3) without the floor, or None.
-    floor: height in metres on which the feet stand, and under which all is solid. body: whose
-    skin is measured; the default human if left out.
+    goal: None where the take has none. obstacles: of the scene, if that is measured; takes that share them cost
+    less. floor: height in metres on which the feet stand, and under which all is solid. body: whose skin is measured;
+    the default human if left out.
     """
     numbers = {} if goal is None else goal_measures(motion, goal)
     numbers["jerk_m_s3"] = jerk(motion)
     numbers.update(feet.measures(motion, floor, body))
-    if triangles is not None:
-        numbers.update(collision.measures(motion, triangles, floor, body=body))
+    if obstacles is not None:
+        numbers.update(collision.measures(motion, obstacles, floor, body=body))
     return numbers
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,9 +13,11 @@ from ..body.human import Human
 from ..easing import smoothstep
 from ..errors import SampError
 from ..evaluation import metrics
+from ..evaluation.obstacles import Obstacles
 from ..motion import Goal, Motion
 from ..progress import Progress
 from ..scene import solids
+from ..scene.geometry import corners
 from .field import Field
 from .standing import FootPlan, lowest_ground, plan_feet, stand
 from .weight import settled
@@ -59,6 +62,11 @@ class Surroundings:
     triangles: np.ndarray
     give: np.ndarray
     floor: float | None = None
+
+    @cached_property
+    def obstacles(self) -> Obstacles:
+        """For the measures; the takes in one scene share what is found out about it."""
+        return Obstacles(self.triangles)
 
 
 @dataclass(frozen=True)
@@ -190,7 +198,8 @@ def _require_sound(motion: Motion) -> None:
 
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
     """What the character may touch. Raises SampError where nothing is near."""
-    low, high = motion.root.min(0) - 1.2 - REACH, motion.root.max(0) + 1.2 + REACH
+    low, high = corners(motion.root)
+    low, high = low - 1.2 - REACH, high + 1.2 + REACH
     near = solids.near_box(surroundings.triangles, low, high)
     if not len(near):
         raise SampError(
@@ -217,7 +226,7 @@ def _told(
     """What came of it, in numbers."""
     floor = UNDERGROUND if field_.floor is None else field_.floor
     numbers = [
-        metrics.measure(one, goal, surroundings.triangles, floor, body) if measured else {}
+        metrics.measure(one, goal, surroundings.obstacles, floor, body) if measured else {}
         for one in (motion, refined)
     ]
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)

@@ -15,9 +15,9 @@ from collections import OrderedDict
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from .geometry import MINIMUM_AREA, areas
+from .geometry import MINIMUM_AREA, areas, corners
 from .orientation import outward
-from .solids import Boxed, SolidGrid, Surface, free_counts
+from .solids import Boxed, Surface, free_counts, solid_cells
 
 CELL = 0.02
 BLOCK = 8
@@ -69,7 +69,9 @@ class SignedDistance:
         if self._empty:
             return
         self._scene = Boxed.of(triangles)
-        low, high = triangles.min((0, 1)) - 2 * BAND, triangles.max((0, 1)) + 2 * BAND
+        low, high = (
+            corner + away for corner, away in zip(corners(triangles), (-2 * BAND, 2 * BAND), strict=True)
+        )
         self._low = np.floor(low / (CELL * BLOCK)) * (CELL * BLOCK)
         self._shape = np.ceil((high - self._low) / (CELL * BLOCK)).astype(int) + 1
         self._number = np.zeros(self._shape, np.int32)  # of a block's values; 0: not made
@@ -139,7 +141,7 @@ class SignedDistance:
 
     def _solid(self, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
         """Which corners (X, Y, Z) from low (3,) on are inside of something, or under the floor."""
-        solid = SolidGrid.over(self._scene, low - CELL / 2, shape, self._outside, CELL).solid
+        solid = solid_cells(self._scene, low - CELL / 2, shape, self._outside, CELL)
         if self._floor is not None:
             under = low[1] + np.arange(shape[1]) * CELL < self._floor - CELL / 1000
             solid = solid | under[None, :, None]

@@ -7,14 +7,14 @@ so a place counts as inside where more than half of the six ways out say so. The
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from .geometry import area_vectors, closest_points, spread_over_surface
+from .geometry import area_vectors, closest_points, corners, spread_over_surface
 
 PITCH = 0.02
 """Metres. A point 2 cm deep always lies in a cell whose middle is inside too."""
@@ -62,8 +62,9 @@ def _counts(scene: Boxed, low: np.ndarray, shape: np.ndarray, pitch: float = PIT
 
 def _grid_over(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corner (3,) and shape (3,) of a grid of cells that holds points (N, 3)."""
-    low = points.min(0) - MARGIN
-    return low, np.ceil((points.max(0) + MARGIN - low) / PITCH).astype(int)
+    low, high = corners(points)
+    low -= MARGIN
+    return low, np.ceil((high + MARGIN - low) / PITCH).astype(int)
 
 
 def free_counts(scene: Boxed, free: np.ndarray) -> list[int]:
@@ -76,32 +77,17 @@ def free_counts(scene: Boxed, free: np.ndarray) -> list[int]:
     return [int(np.median(way[places])) for way in _counts(scene, low, shape)]
 
 
-@dataclass(frozen=True)
-class SolidGrid:
-    """Which cells of a box lie inside the scene. low: (3,) corner; solid: (X, Y, Z) flags; pitch: metres apart."""
+def solid_cells(
+    scene: Boxed, low: np.ndarray, shape: np.ndarray, free: Sequence[int], pitch: float = PITCH
+) -> np.ndarray:
+    """Which cells of a box lie inside the scene: flags (X, Y, Z), ``pitch`` metres apart, from the corner low (3,).
 
-    low: np.ndarray
-    solid: np.ndarray
-    pitch: float = PITCH
-
-    @classmethod
-    def build(cls, scene: Boxed, points: np.ndarray, free: Sequence[int]) -> SolidGrid:
-        """Of the scene around points (N, 3); free: see free_counts."""
-        return cls.over(scene, *_grid_over(points), free)
-
-    @classmethod
-    def over(
-        cls, scene: Boxed, low: np.ndarray, shape: np.ndarray, free: Sequence[int], pitch: float = PITCH
-    ) -> SolidGrid:
-        """Of the scene in the box of cells from low (3,); free: see free_counts."""
-        votes = np.zeros(shape, np.int8)
-        for way, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
-            votes += way > outside
-        return cls(low, votes > _WAYS // 2, pitch)
-
-    def inside(self, points: np.ndarray) -> np.ndarray:
-        """Flags (N,) of points (N, 3) in the box."""
-        return self.solid[tuple(np.floor((points - self.low) / self.pitch).astype(np.int64).T)]
+    free: see free_counts.
+    """
+    votes = np.zeros(shape, np.int8)
+    for way, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
+        votes += way > outside
+    return votes > _WAYS // 2
 
 
 def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int, pitch: float) -> np.ndarray:
@@ -171,29 +157,46 @@ class Surface:
         """Distances (N,) of points (N, 3) in metres, infinite beyond reach, and the closest places (N, 3)."""
         near, index = self._tree.query(points, k=neighbours, distance_upper_bound=reach + 2 * _SPACING)
         result, places = np.full(len(points), np.inf), points.copy()
-        some = np.flatnonzero(np.isfinite(near[:, 0]))
+        owners = self._owners[np.minimum(index, len(self._owners) - 1)]
         for k in range(neighbours):
-            rows = some[np.isfinite(near[some, k])]
-            triangles = self._triangles[self._owners[index[rows, k]]]
-            closest = closest_points(points[rows], triangles)
-            gap = np.linalg.norm(closest - points[rows], axis=-1)
+            # A large triangle is often its own next neighbour.
+            fresh = np.isfinite(near[:, k]) & (owners[:, :k] != owners[:, k : k + 1]).all(1)
+            rows = np.flatnonzero(fresh)
+            closest = closest_points(points[rows], self._triangles[owners[rows, k]])
+            gap = np.sqrt(np.square(closest - points[rows]) @ np.ones(3))
             better = gap < result[rows]
             result[rows[better]], places[rows[better]] = gap[better], closest[better]
         return np.where(result <= reach, result, np.inf), places
 
     def candidates(self, points: np.ndarray, reach: float = PITCH) -> np.ndarray:
         """Flags (N,) of points (N, 3) among which all are that lie within reach of the surface; quick."""
-        low, cell = points.min(0) - MARGIN - reach, max(2 * _SPACING, reach)
-        shape = np.ceil((points.max(0) + MARGIN + reach - low) / cell).astype(int)
-        high = low + shape * cell
+        low, high = corners(points)
+        cell = max(2 * _SPACING, reach)
+        shape = np.floor((high - low) / cell).astype(int) + 1
+        near = self.near_cells(low, shape, cell, cell - _SPACING)
+        return near[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
+
+    def near_cells(self, low: np.ndarray, shape: np.ndarray, cell: float, reach: float) -> np.ndarray:
+        """Flags (X, Y, Z) of cells from low (3,), ``cell`` metres apart, among which all are that hold a place within
+        reach of the surface."""
+        pad = math.ceil((reach + _SPACING) / cell)
+        start, full = low - pad * cell, shape + 2 * pad
         within = np.ones(len(self._samples), bool)
         for k, column in enumerate(self._columns):  # numpy reduces a short last axis slowly
-            within &= (column >= low[k]) & (column < high[k])
-        marked = np.zeros(shape, bool)
-        cells = np.minimum(((self._samples[within] - low) / cell).astype(np.int64), shape - 1)  # for rounding
-        marked[tuple(cells.T)] = True
-        marked = ndimage.binary_dilation(marked, np.ones((3, 3, 3), bool))
-        return marked[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
+            within &= (column >= start[k]) & (column < start[k] + full[k] * cell)
+        marked = np.zeros(full, bool)
+        cells = ((self._samples[within] - start) / cell).astype(np.int64)
+        marked[tuple(np.minimum(cells, full - 1).T)] = True  # for rounding
+        for axis in range(3):
+            marked = _widened(np.moveaxis(marked, axis, 0), pad)
+            marked = np.moveaxis(marked, 0, axis)
+        return marked
+
+
+def _widened(flags: np.ndarray, by: int) -> np.ndarray:
+    """Flags (X, ...) without ``by`` rows at either end, set where one within so many rows was."""
+    count = len(flags) - 2 * by
+    return np.logical_or.reduce([flags[k : k + count] for k in range(2 * by + 1)])
 
 
 def near_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

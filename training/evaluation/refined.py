@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...samp_addon.evaluation import metrics
+from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.refine.refining import Surroundings, refine
 from ...samp_addon.scene.geometry import SceneGeometry
 from ...samp_addon.synthesis.chain import Take
@@ -44,7 +45,8 @@ def mend(take: Take, scene: SceneGeometry) -> Mended:
         take.motion, Surroundings(scene.triangles, np.zeros(len(scene)), floor), take.goal, measured=False
     )
     seconds = time.perf_counter() - begun
-    numbers = [metrics.measure(m, take.goal, scene.triangles, floor) for m in (take.motion, made.motion)]
+    obstacles = Obstacles(scene.triangles)
+    numbers = [metrics.measure(m, take.goal, obstacles, floor) for m in (take.motion, made.motion)]
     return Mended(*numbers, seconds / max(take.motion.seconds, 1e-6), made.unsolved)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...samp_addon.errors import SampError
 from ...samp_addon.evaluation import metrics
+from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.job import Job
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene.geometry import SceneGeometry
@@ -106,8 +107,9 @@ def evaluate(
         results.takes += made
         results.furniture += [told.scene.without(("Floor",)).triangles] * len(made)
         results.scenes += [told.scene] * len(made)
+        obstacles = Obstacles(told.scene.triangles)
         results.numbers += [
-            metrics.measure(take.motion, take.goal, told.scene.triangles, float(take.waypoints[:, 1].min()))
+            metrics.measure(take.motion, take.goal, obstacles, float(take.waypoints[:, 1].min()))
             | {"attempts": take.attempts}
             for take in made
         ]
