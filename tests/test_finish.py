@@ -7,7 +7,7 @@ import pytest
 from samp_blender.samp_addon import frames, rotation
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.synthesis import finish
-from samp_blender.samp_addon.synthesis.route import STANDS_AHEAD, Route
+from samp_blender.samp_addon.synthesis.route import STANDS_AHEAD, Route, Routes
 from samp_blender.samp_addon.synthesis.seat_edge import SeatFront
 
 FRAMES, WALK = 150, 100
@@ -63,10 +63,10 @@ def test_route_drops_corners_near_the_goal_and_ends_on_it():
     )
     assert np.allclose(route.goals[1], [2, 0.6, 3, 1, 0, 0, 0, 0, 0, 1, 0])
     assert np.allclose(
-        route.at(np.array([-1.0, 1.0, 4.0, 9.0])), [[0, 0], [0, 1], [1, 3], [2 + STANDS_AHEAD, 3]]
+        Routes([route]).at(np.array([[-1.0, 1.0, 4.0, 9.0]]))[0],
+        [[0, 0], [0, 1], [1, 3], [2 + STANDS_AHEAD, 3]],
     )
     assert route.end_yaw == pytest.approx(np.pi / 2)
-    assert route.project(np.array([0.3, 1.0]), 0.5) == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -79,12 +79,35 @@ def test_the_way_to_a_bed_ends_beside_it_and_faces_away(side):
 
 
 def test_route_heights_of_a_climb():
+    """The track is the way from above."""
     goal = Goal(np.array([0.0, 1.6, 4.0]), np.array([0, 0, 1.0]))
     route = Route(np.zeros(3), np.array([[0, 0, 0], [0, 0, 1], [0, 1, 3.0]]), goal, "sit")
     track = np.stack([np.zeros(41), np.linspace(0, 4, 41)], -1)
-    heights = route.heights(track)
+    heights = route.heights(track, track[:, 1])
     assert np.allclose(heights, np.clip((track[:, 1] - 1) / 2, 0, 1), atol=0.05)
     assert route.goals[-1][1] == pytest.approx(0.6)
+
+
+WAYS = (
+    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [0.3, 1.0], 0.5, 1.0),
+    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [1.0, 4.2], 3.5, 4.5),  # no more than a metre at once
+    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [0.0, 1.0], 2.0, 2.0),  # nobody goes back
+    (np.array([[0, 0, 0], [2.0, 0, 0], [2.0, 0, 2.0], [1.0, 0, 2.0], [1.0, 0, -2.0]]), [1.0, 0.1], 0.6, 1.0),
+    (np.array([[0, 0, 0], [2.0, 0, 0], [2.0, 0, 2.0], [1.0, 0, 2.0], [1.0, 0, -2.0]]), [1.0, 0.1], 6.5, 6.9),
+)
+
+
+def test_ways_asked_together_tell_what_each_tells_alone():
+    """The nearest point of the way on from where somebody was, also where it crosses itself."""
+    routes = [Route(way[0], way, Goal(way[-1], np.array([0, 0, 1.0]), "walk"), "walk") for way, *_ in WAYS]
+    places = np.array([place for _, place, _, _ in WAYS])
+    behind = np.array([was for _, _, was, _ in WAYS])
+    together = Routes(routes).project(places, behind)
+    np.testing.assert_allclose(together, [found for *_, found in WAYS], atol=1e-9)
+    for k, route in enumerate(routes):
+        assert Routes([route]).project(places[k : k + 1], behind[k : k + 1])[0] == pytest.approx(together[k])
+        along = np.linspace(-1, 9, 7)[None]
+        np.testing.assert_allclose(Routes(routes).at(np.tile(along, (5, 1)))[k], Routes([route]).at(along)[0])
 
 
 @pytest.mark.parametrize("sinks", [0.0, 0.05, 0.3])

@@ -1,29 +1,30 @@
 """The planned path that a rollout follows along its route."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import torch
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.synthesis import steering
+from samp_blender.samp_addon.synthesis.request import Request
 from samp_blender.samp_addon.synthesis.route import Route
+from samp_blender.samp_addon.synthesis.under_way import Seen, UnderWay
 
 
 def taken(action="walk", travelled=0.0, speed=0.0, direction=(0.0, 0, 1), end=(0.0, 0, 5.0)):
     """A take on a straight way of 5 m along +Z, or to ``end``."""
     goal = Goal(np.array(end, float), np.array(direction, float), action)
-    return SimpleNamespace(
-        route=Route(np.zeros(3), np.zeros((0, 3)), goal, action),
-        travelled=travelled,
-        drive=speed,
-        pace=1.2,
-        risen=1.0,
-    )
+    route = Route(np.zeros(3), np.zeros((0, 3)), goal, action)
+    way = UnderWay([Request(np.zeros(3), 0.0, action, goal)], [route])
+    way.travelled, way.drive, way.pace = np.array([travelled]), np.array([speed]), np.array([1.2])
+    return way
+
+
+def plan(way, root):
+    return steering.plan(way, np.asarray(root, dtype=np.float64)[None])[0]
 
 
 def test_who_stands_sets_off_gently_and_reaches_the_pace():
-    standing, walking = (steering.plan(taken(speed=v), np.zeros(3)) for v in (0.0, 1.2))
+    standing, walking = (plan(taken(speed=v), np.zeros(3)) for v in (0.0, 1.2))
     steps = np.diff(standing[:, 1], prepend=0.0)
     assert (np.diff(steps) >= -1e-9).all() and steps[0] < 0.1
     assert walking[-1, 1] == pytest.approx(1.2, abs=0.01) and standing[-1, 1] < 1.0
@@ -31,7 +32,7 @@ def test_who_stands_sets_off_gently_and_reaches_the_pace():
 
 
 def test_who_faces_away_turns_before_walking_off():
-    path = steering.plan(taken(), np.array([0.0, 0.0, np.radians(170)]))
+    path = plan(taken(), np.array([0.0, 0.0, np.radians(170)]))
     assert path[-1, 1] < 0.3
     turned = np.degrees(170 * np.pi / 180 - path[:, 2])
     assert (np.diff(turned) > 0).all() and 100 < turned[-1] <= 150 + 1e-6
@@ -39,18 +40,18 @@ def test_who_faces_away_turns_before_walking_off():
 
 def test_who_still_sits_does_not_walk_off():
     take = taken()
-    take.risen = 0.15
-    assert steering.plan(take, np.zeros(3))[-1, 1] < 0.25
+    take.risen = np.array([0.15])
+    assert plan(take, np.zeros(3))[-1, 1] < 0.25
 
 
 @pytest.mark.parametrize("aside", [0.3, -0.2])
 def test_who_is_beside_the_way_comes_back_to_it(aside):
-    path = steering.plan(taken(travelled=1.0, speed=1.2), np.array([aside, 1.0, 0.0]))
+    path = plan(taken(travelled=1.0, speed=1.2), np.array([aside, 1.0, 0.0]))
     assert (np.diff(np.abs(path[:, 0])) < 0).all() and abs(path[-1, 0]) < 0.25 * abs(aside)
 
 
 def test_a_walk_slows_down_and_ends_facing_its_goal():
-    path = steering.plan(taken(travelled=4.6, speed=0.8, direction=(1.0, 0, 0)), np.array([0.0, 4.6, 0.0]))
+    path = plan(taken(travelled=4.6, speed=0.8, direction=(1.0, 0, 0)), np.array([0.0, 4.6, 0.0]))
     assert path[:, 1].max() <= 5 + 1e-9 and path[-1, 1] > 4.9
     assert np.degrees(path[-1, 2]) == pytest.approx(90, abs=3)
     steps = np.diff(path[:, 1], prepend=4.6)
@@ -63,5 +64,55 @@ def test_a_walk_slows_down_and_ends_facing_its_goal():
 def test_the_last_steps_to_a_seat_are_the_networks_own(action, travelled, follows):
     take = taken(action, travelled, 1.0)
     future = torch.full((1, steering.FUTURE, 3), 0.3)
-    path = steering.follow([take], future, torch.tensor([[0.0, travelled, 0.0]]))
+    path = steering.Guide(take).follow(future, torch.tensor([[0.0, travelled, 0.0]]))
     assert torch.equal(path, future) != follows
+
+
+def seen(way, place=(0.0, 0.6, 5.0), speed=0.0, weight=1.0):
+    """A body at a place (3,), its action's weight as given, upright."""
+    weights = np.zeros((1, 5))
+    weights[0, way.action] = weight
+    place = np.array([place])
+    return Seen(place[:, [0, 2]], place, np.array([speed]), np.zeros(1), weights, np.ones(1))
+
+
+@pytest.mark.parametrize(
+    "place, speed, weight, sits",
+    [
+        ((0.0, 0.6, 5.0), 0.0, 1.0, True),
+        ((0.0, 0.9, 4.8), 0.0, 1.0, False),  # hesitates in front of the seat
+        ((0.0, 0.6, 4.6), 0.0, 1.0, False),
+        ((0.0, 0.6, 5.0), 0.5, 1.0, False),
+        ((0.0, 0.6, 5.0), 0.0, 0.4, False),
+    ],
+)
+def test_who_counts_as_sitting(place, speed, weight, sits):
+    way = taken("sit", travelled=4.5, end=(0.0, 0.55, 5.0))
+    way.update(seen(way, place, speed, weight), frame=100)
+    assert way.held[0] == sits
+
+
+def test_who_sits_means_to_stay():
+    """The others' intentions are the network's; a take is over when it was held for long enough."""
+    way = taken("sit", travelled=4.5, end=(0.0, 0.55, 5.0))
+    says = torch.full((1, steering.FUTURE, 5), 0.2)
+    assert torch.equal(steering.Guide(way).intend(says), says)
+    for frame in range(200):
+        way.update(seen(way), frame)
+        if way.over(frame)[0]:
+            break
+    assert way.held[0] == way.hold[0] == frame + 1 == 60
+    assert torch.equal(steering.Guide(way).intend(says)[0, 0], torch.eye(5)[3])
+
+
+def test_some_of_the_takes_go_on_as_they_would_together():
+    requests = [
+        Request(np.zeros(3), 0.0, "walk", Goal(np.array([x, 0.0, 5.0]), np.array([0, 0, 1.0]), "walk"))
+        for x in (-1.0, 0.0, 1.0)
+    ]
+    way = UnderWay(requests, [Route(np.zeros(3), np.zeros((0, 3)), r.goal, "walk") for r in requests])
+    rows = np.array([0, 2])
+    part = way.only(rows)
+    roots = np.array([[0.1, 0.4, 0.2]] * 3)
+    np.testing.assert_array_equal(steering.plan(part, roots[rows]), steering.plan(way, roots)[rows])
+    np.testing.assert_array_equal(part.goals(), way.goals()[rows])

@@ -250,12 +250,12 @@ class Reader:
 
 
 def _sampled(curve: bpy.types.FCurve, times: np.ndarray) -> np.ndarray:
-    """An f-curve's values (T,) at frames (T,): those of its keys where it has just these, as takes have."""
+    """An f-curve's values (T,) at frames (T,): those of its keys where it has just these, or one, as takes have."""
     keys = curve.keyframe_points
-    if len(keys) == len(times) and not curve.modifiers:
+    if len(keys) in (1, len(times)) and not curve.modifiers:
         places = np.empty((len(keys), 2), np.float32)
         keys.foreach_get("co", places.reshape(-1))
-        if np.array_equal(places[:, 0], times):
+        if len(keys) == 1 or np.array_equal(places[:, 0], times):
             return places[:, 1]
     return np.array([curve.evaluate(time) for time in times])
 

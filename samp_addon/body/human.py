@@ -71,7 +71,10 @@ class Human:
         return replace(self, vertices=_frozen(moved), joints=_frozen(joints - joints[0]), shapes={})
 
     def blend_matrix(self, subset: np.ndarray | None = None) -> np.ndarray:
-        """(55 * 4, V): weight times (x, y, z, 1) for each joint, so that skinning is one matrix product."""
+        """(55 * 4, V): weight times (x, y, z, 1) for each joint, so that skinning is one matrix product. Read-only."""
+        return _blend_matrix(self, None if subset is None else np.asarray(subset, np.int64).tobytes())
+
+    def _blend_matrix(self, subset: np.ndarray | None) -> np.ndarray:
         chosen = np.arange(len(self.vertices)) if subset is None else np.asarray(subset)
         points = np.concatenate([self.vertices[chosen], np.ones((len(chosen), 1))], axis=1)
         table = np.zeros((len(skeleton.JOINTS), 4, len(chosen)))
@@ -81,7 +84,13 @@ class Human:
                 (self.weight_joints[chosen, k], np.arange(len(chosen))),
                 self.weights[chosen, k, None] * points,
             )
-        return table.reshape(-1, len(chosen))
+        return _frozen(table.reshape(-1, len(chosen)))
+
+
+@functools.lru_cache(maxsize=16)
+def _blend_matrix(human: Human, subset: bytes | None) -> np.ndarray:
+    """Takes in a row ask for the same."""
+    return human._blend_matrix(None if subset is None else np.frombuffer(subset, np.int64))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
@@ -168,6 +177,6 @@ def skin_torch(
     matrices, joints = torch.stack(turned, 1), torch.stack(placed, 1)
     offsets = joints - (matrices @ rest[..., None])[..., 0]
     transforms = torch.cat([matrices, offsets[..., None]], dim=-1)
-    table = torch.as_tensor(human.blend_matrix(subset), **like)
+    table = torch.tensor(human.blend_matrix(subset), **like)
     flat = transforms.transpose(1, 2).reshape(-1, table.shape[0])
     return (flat @ table).reshape(len(root), 3, -1).transpose(1, 2), joints

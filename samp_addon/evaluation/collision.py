@@ -24,7 +24,7 @@ def body_depth(
     inside.
     """
     body = body or human.load()
-    return obstacles.depth(human.skin(body, motion, body.collision).astype(np.float64), floor)
+    return obstacles.depth(human.skin(body, motion, body.collision), floor)
 
 
 def measures(

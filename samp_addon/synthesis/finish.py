@@ -33,14 +33,15 @@ def interaction_start(motion: Motion, action: str) -> int | None:
 def finish(
     motion: Motion,
     route: Route,
+    travelled: np.ndarray,
     action: str,
     front: SeatFront | None = None,
     top: RestingTop | None = None,
 ) -> Motion:
     """The take as it is handed out: on its goal, feet locked, at the heights of its floor.
 
-    front: of the seat; the route's goal lies by its stand-off in front of where the pelvis shall be. top: of the
-    piece that the body rests on.
+    travelled: (T,) metres along the route at which the rollout was. front: of the seat; the route's goal lies by its
+    stand-off in front of where the pelvis shall be. top: of the piece that the body rests on.
     """
     motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
@@ -49,7 +50,7 @@ def finish(
     if top is not None and motion.interaction_start is not None:
         motion = top.cleared(motion, route.goals[-1])
     motion = lock_feet(motion)
-    heights = route.heights(motion.root[:, [0, 2]])
+    heights = route.heights(motion.root[:, [0, 2]], travelled)
     return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
 
 

@@ -5,8 +5,9 @@ Works on a floor at height 0; heights are added afterwards. See models/state.py 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -17,10 +18,27 @@ from .. import skeleton
 from .start import Start
 
 FUTURE = state.SAMPLES - state.NOW - 1
-Follow = Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
-Steer = Callable[[torch.Tensor], tuple[torch.Tensor, torch.Tensor]]
 # How fast the prediction in the goal's frame gains over the one in the root's frame near the goal.
 GOAL_PULL = 100.0
+
+
+_OF_EACH = (
+    "style", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots", "past_actions",
+    "past_goals", "roots", "future_roots", "future_actions",
+)  # fmt: skip
+
+
+class Guide(Protocol):
+    """What a rollout is led by. All of it may be left to the network: then there is no guide."""
+
+    def steer(self, roots: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """By how much each whole body is moved (B, 2) and turned (B,) whose new roots are (B, 3)."""
+
+    def follow(self, future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
+        """The path (B, 6, 3) to be followed where the network says ``future`` (B, 6, 3)."""
+
+    def intend(self, future: torch.Tensor) -> torch.Tensor:
+        """The actions (B, 6, 5) of the coming second where the network says ``future`` (B, 6, 5)."""
 
 
 @dataclass
@@ -70,6 +88,14 @@ class Rollout:
             joints.append(joints[skeleton.PARENTS[j]] + arms[:, j - 1])
         return torch.stack(joints, 1)
 
+    def only(self, rows: torch.Tensor) -> Rollout:
+        """Some of the takes, on their own from here on."""
+        part = copy(self)
+        for name in _OF_EACH:
+            setattr(part, name, getattr(self, name)[rows])
+        part.generators = [self.generators[int(row)] for row in rows]
+        return part
+
     @property
     def actions(self) -> torch.Tensor:
         """Action weights (B, 5) of the present frame."""
@@ -100,19 +126,15 @@ class Rollout:
         wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
         return state.interaction_features(self.centres, self.occupancy, self.roots) * wanted
 
-    def step(self, follow: Follow | None = None, steer: Steer | None = None) -> Frame:
-        """The next frame of every take.
-
-        steer: function of the new roots (B, 3); returns by how much each whole body is moved (B, 2) and turned
-        (B,). follow: function of the predicted future path (B, 6, 3) and the roots; returns the path to be followed.
-        """
+    def step(self, guide: Guide | None = None) -> Frame:
+        """The next frame of every take."""
         x = self._input()
         z = torch.stack([torch.randn(LATENT, generator=g) for g in self.generators]) * self.style
         y = self.net.step(x, self._object(), z)
-        self._advance(y, follow, steer)
+        self._advance(y, guide)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
 
-    def _advance(self, y: torch.Tensor, follow: Follow | None, steer: Steer | None) -> None:
+    def _advance(self, y: torch.Tensor, guide: Guide | None) -> None:
         before = self.roots
         pose = y[:, state.POSE].reshape(-1, state.JOINTS, 4, 3)
         trajectory = y[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)
@@ -125,11 +147,11 @@ class Rollout:
         weights = trajectory[..., 4:].clamp(0, 1)
         self.contacts = y[:, state.CONTACTS].clamp(0, 1)
         future = window[:, state.NOW + 1 :]
-        if steer is not None:
-            future = self._nudge(*steer(self.roots), future)
-        future = self._towards_goal(future, y)
-        self.future_roots = follow(future, self.roots) if follow else future
-        self.future_actions = weights[:, state.NOW + 1 :]
+        if guide is not None:
+            future = self._nudge(*guide.steer(self.roots), future)
+        future, actions = self._towards_goal(future, y), weights[:, state.NOW + 1 :]
+        self.future_roots = guide.follow(future, self.roots) if guide else future
+        self.future_actions = guide.intend(actions) if guide else actions
         self.past_roots = torch.cat([self.past_roots[:, 1:], self.roots[:, None]], 1)
         self.past_actions = torch.cat([self.past_actions[:, 1:], weights[:, state.NOW : state.NOW + 1]], 1)
 

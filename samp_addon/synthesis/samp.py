@@ -19,32 +19,17 @@ from ..scene.voxels import InteractionGrid
 from . import finish
 from .request import Request
 from .resting import RestingTop
-from .route import SPEED_UP, Route
+from .route import Route
 from .seat_edge import SeatFront
+from .under_way import FPS, Seen, UnderWay
 
 if TYPE_CHECKING:
     from .rollout import Frame, Rollout
 
-ARRIVED = 0.2  # metres from the goal
-STILL = 0.25  # m/s of the pelvis: a seated body still shifts
-SINKING = 0.06  # m/s of the pelvis' height: who still sinks or rises does not sit yet
-PACES = {
-    "walk": 1.25,
-    "run": 2.4,
-    "sit": 1.15,
-    "lie": 1.15,
-}  # m/s on a free stretch; furniture is walked up to slowly
-SLOWEST = 0.45  # m/s that a character may average on its way before the take counts as stuck
-GRACE = 10.0  # seconds on top, for turning, sitting down and settling
-LYING_DOWN = 6.0  # seconds more to lie down
-FPS = 30
-SEATED_PELVIS, STANDING_PELVIS = 0.65, 0.85  # metres over the floor
-MOST_DRIVE = 0.7  # m/s that the planned speed may be ahead of the body's
-RISING = 0.15  # share of the pace at which somebody sets off who still sits
-RECLINED = 0.6  # cosine of the chest's slope from which a body counts as lying
+LOOK_BACK = 5  # frames over which a pelvis' speed is measured
 SURFACE_SAMPLES = 60_000  # of a piece that is sat or lain on
 CHEST = skeleton.INDEX["spine3"]
-RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots")
+RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots", "travelled")
 
 
 @functools.cache
@@ -99,75 +84,44 @@ def _refusal(request: Request) -> SampError | None:
     return None
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Take:
-    """What is decided for one take while it runs."""
+    """What is decided for one take before it starts."""
 
     request: Request
     route: Route
-    number: int = 0  # of the goal in force
     front: SeatFront | None = None
     top: RestingTop | None = None
-    travelled: float = 0.0
-    drive: float = 0.0
-    risen: float = 1.0
-    held: int = 0
-    done_at: int | None = None
 
-    @property
-    def pace(self) -> float:
-        """Metres a second: everybody has their own, and so has every take."""
-        own = np.random.default_rng(self.request.seed).uniform(0.85, 1.15)
-        return own * PACES.get(self.request.action, PACES["walk"])
 
-    def goal(self) -> np.ndarray:
-        """The goal in force (11,)."""
-        return self.route.goals[self.number]
+class _Record:
+    """What the takes showed, frame by frame: for each name of RECORDED (T, B, ...)."""
 
-    def limit(self) -> int:
-        """Frames after which the take counts as stuck."""
-        more = LYING_DOWN if self.request.action == "lie" else 0.0
-        return round((self.route.length / SLOWEST + GRACE + more + self.request.hold_seconds) * FPS)
+    def __init__(self, takes: int) -> None:
+        self.length, self.lengths = 0, np.zeros(takes, int)
+        self.values: dict[str, np.ndarray] = {}
 
-    def update(
-        self,
-        root: np.ndarray,
-        pelvis: np.ndarray,
-        speed: float,
-        sinking: float,
-        weights: np.ndarray,
-        upright: float,
-        frame: int,
-    ) -> None:
-        """Passes way-points, and counts the frames in which the action is being held at the goal.
+    def add(self, frame: Frame, travelled: np.ndarray, going: np.ndarray) -> None:
+        """Notes a frame of the takes with these numbers, and how far they had come on their ways before it."""
+        for name in RECORDED:
+            new = travelled if name == "travelled" else getattr(frame, name).numpy()
+            kept = self.values.get(name, np.empty((0, len(self.lengths), *new.shape[1:]), np.float32))
+            if self.length == len(kept):
+                kept = np.concatenate([kept, np.zeros((max(len(kept), 256), *kept.shape[1:]), np.float32)])
+            kept[self.length, going] = new
+            self.values[name] = kept
+        self.length += 1
+        self.lengths[going] = self.length
 
-        speed, sinking: m/s of the pelvis and of its height. upright: cosine between the chest and the vertical.
-        """
-        self.travelled = self.route.project(root, self.travelled)
-        # A plan made afresh from standing still says "soon" in every frame, and nobody ever sets off: the wish to be
-        # under way grows while the body lags behind it.
-        self.drive = min(self.drive + SPEED_UP / FPS, speed + MOST_DRIVE, self.pace)
-        self.risen = float(
-            np.clip((pelvis[1] - SEATED_PELVIS) / (STANDING_PELVIS - SEATED_PELVIS), RISING, 1.0)
-        )
-        last = len(self.route.goals) - 1
-        while self.number < last:
-            goal = self.goal()
-            passed = self.travelled > self.route.along[self.number] + 0.05
-            if np.hypot(*(root - goal[[0, 2]])) > self.route.radii[self.number] and not passed:
-                break
-            self.number += 1
-        goal = self.goal()
-        action = int(np.argmax(goal[6:]))
-        radius = (2.0 if action == 0 else 1.5) * ARRIVED
-        near = np.hypot(pelvis[0] - goal[0], pelvis[2] - goal[2]) < radius
-        there = action == 0 or (weights[action] > 0.6 and sinking < SINKING)
-        settled = self.number == last and near and speed < STILL and there
-        if action == ACTIONS.index("lie"):
-            settled &= upright < RECLINED
-        self.held += int(settled)
-        if self.held >= max(1, round(self.request.hold_seconds * FPS)) and self.done_at is None:
-            self.done_at = frame
+    def newest(self, name: str, going: np.ndarray, back: int = 0) -> np.ndarray:
+        """What was noted of some takes so many frames ago, or in the first frame."""
+        return self.values[name][max(0, self.length - 1 - back), going]
+
+    def of(self, take: int) -> dict[str, np.ndarray]:
+        """All of one take."""
+        return {
+            name: kept[: self.lengths[take], take].astype(np.float64) for name, kept in self.values.items()
+        }
 
 
 def _run(
@@ -176,27 +130,44 @@ def _run(
     """The batch, frame by frame, until every take is done or has used up its time."""
     import torch
 
-    from . import steering
+    from .steering import Guide
 
     takes = _takes(requests)
-    limit = max(take.limit() for take in takes)
-    recorded: dict[str, list[np.ndarray]] = {name: [] for name in RECORDED}
+    record, done, frame = _Record(len(takes)), np.zeros(len(takes), bool), 0
+    way = UnderWay(requests, [take.route for take in takes])
+    going, limit = np.arange(len(takes)), int(way.limit.max())
     with torch.inference_mode():
-        run = _rollout(takes, network)
-        follow, steer = steering.guides(takes)
-        for frame in range(limit):
-            run.set_goals(torch.as_tensor(np.stack([take.goal() for take in takes]), dtype=torch.float32))
-            new = run.step(follow, steer)
-            for name, values in recorded.items():
-                values.append(getattr(new, name).numpy().copy())
-            _update(takes, recorded, frame)
+        run, guide = _rollout(takes, network), Guide(way)
+        while len(going):
+            run.set_goals(torch.as_tensor(way.goals(), dtype=torch.float32))
+            new = run.step(guide)
+            record.add(new, way.travelled, going)
+            way.update(_seen(record, going), frame)
             if frame % 5 == 0:
-                progress(_share_done(takes, frame, limit))
-                show(progress, _glimpse(takes[0], new))
-            if all(take.done_at is not None or frame >= take.limit() for take in takes):
-                break
-    arrays = {name: np.stack(values) for name, values in recorded.items()}
-    return [_finished(take, {name: a[:, k] for name, a in arrays.items()}) for k, take in enumerate(takes)]
+                progress(max(0.95 * way.share(), frame / limit))
+                show(progress, _glimpse(takes[going[0]], new))
+            over = way.over(frame)
+            if over.any():
+                done[going] = way.done_at >= 0
+                rows = np.flatnonzero(~over)
+                going, way, run = going[rows], way.only(rows), run.only(torch.as_tensor(rows))
+                guide = guide.only(rows, way)
+            frame += 1
+    return [_finished(take, record.of(k), done[k]) for k, take in enumerate(takes)]
+
+
+def _seen(record: _Record, going: np.ndarray) -> Seen:
+    """What the newest frame shows of the takes that are still going."""
+    pelvis, back = record.newest("pelvis", going), record.newest("pelvis", going, LOOK_BACK)
+    span = max(min(record.length - 1, LOOK_BACK), 1) / FPS
+    return Seen(
+        roots=record.newest("roots", going)[:, :2],
+        pelvis=pelvis,
+        speed=np.linalg.norm(pelvis - back, axis=-1) / span,
+        sinking=np.abs(pelvis[:, 1] - back[:, 1]) / span,
+        weights=record.newest("actions", going),
+        upright=record.newest("matrices", going)[:, CHEST, 1, 1],
+    )
 
 
 def _glimpse(take: _Take, frame: Frame) -> Motion:
@@ -278,38 +249,19 @@ def _objects(takes: list[_Take]) -> tuple[np.ndarray, np.ndarray]:
     return centres, occupancy
 
 
-def _share_done(takes: list[_Take], frame: int, limit: int) -> float:
-    ways = [
-        min(take.travelled / max(take.route.length, 0.1), 1.0) * 0.7 + 0.3 * (take.held > 0) for take in takes
-    ]
-    return float(max(min(ways) * 0.95, frame / limit))
-
-
-def _update(takes: list[_Take], recorded: dict[str, list[np.ndarray]], frame: int) -> None:
-    pelvis, roots, weights = recorded["pelvis"][-1], recorded["roots"][-1], recorded["actions"][-1]
-    upright = recorded["matrices"][-1][:, CHEST, 1, 1]
-    back = recorded["pelvis"][max(0, len(recorded["pelvis"]) - 6)]
-    span = max(min(len(recorded["pelvis"]) - 1, 5), 1) / FPS
-    for k, take in enumerate(takes):
-        speed = float(np.linalg.norm(pelvis[k] - back[k])) / span
-        sinking = float(abs(pelvis[k, 1] - back[k, 1])) / span
-        take.update(roots[k, :2], pelvis[k], speed, sinking, weights[k], upright[k], frame)
-
-
-def _finished(take: _Take, arrays: dict[str, np.ndarray]) -> Motion | SampError:
-    """The take as a Motion with feet locked and its end on the goal, or why there is none."""
-    if take.done_at is None:
-        left = np.linalg.norm((arrays["pelvis"][-1] - np.asarray(take.request.goal.position))[[0, 2]])
+def _finished(take: _Take, told: dict[str, np.ndarray], done: bool) -> Motion | SampError:
+    """The take as a Motion with feet locked and its end on the goal, or why there is none. told: what was recorded of
+    it, see _Record.of."""
+    if not done:
+        left = np.linalg.norm((told["pelvis"][-1] - np.asarray(take.request.goal.position))[[0, 2]])
         return RolloutError(
             f"The character got stuck {left:.1f} m from the goal; try another seed, another goal or another start."
         )
-    end = take.done_at + 1
-    quats = rotation.matrix_to_quaternion(arrays["matrices"][:end].astype(np.float64))
-    local = rotation.continuous(skeleton.local_rotations(quats))
+    local = skeleton.local_rotations(rotation.matrix_to_quaternion(told["matrices"]))
     motion = Motion(
-        root=arrays["pelvis"][:end].astype(np.float64),
-        rotations=local,
-        contacts=arrays["contacts"][:end].astype(np.float64),
-        actions=arrays["actions"][:end].astype(np.float64),
+        root=told["pelvis"],
+        rotations=rotation.continuous(local),
+        contacts=told["contacts"],
+        actions=told["actions"],
     )
-    return finish.finish(motion, take.route, take.request.action, take.front, take.top)
+    return finish.finish(motion, take.route, told["travelled"], take.request.action, take.front, take.top)

@@ -6,9 +6,6 @@ a planned path until it is near the seat (training/motion/train.py).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
-
 import numpy as np
 import torch
 
@@ -16,8 +13,9 @@ from ...models.state import FPS, SAMPLE_STRIDE
 from ..easing import smoothstep
 from ..frames import wrapped
 from ..motion import ACTIONS
-from .rollout import FUTURE, Follow, Steer
-from .route import SPEED_UP, Route
+from .rollout import FUTURE
+from .route import SPEED_UP, Routes
+from .under_way import UnderWay
 
 FOLLOW = 0.85  # share of the planned path in the future path; the rest is the network's prediction
 LOOK_AHEAD = 0.7  # metres along the route to the point that the character is turned towards
@@ -31,100 +29,98 @@ TURNING = np.radians(150.0)  # rad/s of the planned path's facing
 RETURN = 0.6  # seconds in which the planned path comes back to the route from beside it
 FACE_GOAL = 0.6  # metres before the end of the way over which a body turns to the facing that it has there
 CORNER = 0.25  # metres of way before and after a place whose direction is the planned facing
+_LAST_STEPS = np.array([LAST_STEP.get(action, -1.0) for action in ACTIONS])
 _TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 
 
-class OnRoute(Protocol):
-    """What steering needs of a take: its route, metres travelled along it, the speed that its plan sets out with
-    and the one it is to reach, m/s, and how far it has stood up, 0 to 1."""
+class Guide:
+    """What guides a rollout: the future path that it sees, and small turns and shifts of walking bodies towards their
+    routes, which the foot lock makes up for."""
 
-    route: Route
-    travelled: float
-    drive: float
-    pace: float
-    risen: float
-
-
-def guides(takes: Sequence[OnRoute]) -> tuple[Follow, Steer]:
-    """The two functions that Rollout.step takes."""
-    return (lambda future, roots: follow(takes, future, roots)), Steering(takes)
-
-
-def _free(take: OnRoute) -> bool:
-    """Whether the take is on its last steps to a seat, which belong to the network and the goal's frame."""
-    action = ACTIONS[int(np.argmax(take.route.goals[-1][6:]))]
-    return take.route.length - take.travelled < LAST_STEP.get(action, -1.0)
-
-
-def follow(takes: Sequence[OnRoute], future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
-    """Lays the predicted future paths (B, 6, 3) onto the ones planned from the roots (B, 3) along the routes."""
-    path = future.numpy().astype(np.float64).copy()
-    for k, take in enumerate(takes):
-        if _free(take):
-            continue
-        planned = plan(take, roots[k].numpy().astype(np.float64))
-        path[k, :, :2] += FOLLOW * (planned[:, :2] - path[k, :, :2])
-        path[k, :, 2] += FOLLOW * wrapped(planned[:, 2] - path[k, :, 2])
-    return torch.as_tensor(path, dtype=torch.float32)
-
-
-def plan(take: OnRoute, root: np.ndarray) -> np.ndarray:
-    """The path (6, 3) of the coming second along the route, at the take's pace, from a root (x, z, yaw)."""
-    route = take.route
-    heading = _facing(route, np.array([take.travelled]))[0]
-    # Who faces away from the way turns before walking off.
-    pace = take.pace * take.risen * max(0.15, float(np.cos(np.clip(wrapped(heading - root[2]), -1.5, 1.5))))
-    ahead = take.travelled + _distances(take.drive, pace, max(route.length - take.travelled, 0.0))
-    places = route.at(ahead) + (root[:2] - route.at(take.travelled)) * np.exp(-_TIMES / RETURN)[:, None]
-    turns = wrapped(_facing(route, ahead) - root[2])
-    return np.column_stack([places, root[2] + np.clip(turns, -TURNING * _TIMES, TURNING * _TIMES)])
-
-
-def _distances(speed: float, pace: float, left: float) -> np.ndarray:
-    """Metres (6,) walked at the times of the samples by who has ``speed`` now and stops after ``left`` metres."""
-    gone, out, step = 0.0, [], SAMPLE_STRIDE / FPS
-    for _ in range(FUTURE):
-        stopping = np.sqrt(2 * SLOW_DOWN * max(left - gone, 0.0))
-        speed += float(np.clip(min(pace, stopping) - speed, -2 * SLOW_DOWN * step, SPEED_UP * step))
-        gone = min(gone + max(speed, 0.0) * step, left)
-        out.append(gone)
-    return np.array(out)
-
-
-def _facing(route: Route, distance: np.ndarray) -> np.ndarray:
-    """Yaw (N,) of the way at distances (N,) along it, round at corners; at its end, the facing there."""
-    way = route.at(distance + CORNER) - route.at(distance - CORNER)
-    yaw = np.arctan2(way[:, 0], way[:, 1])
-    turned = smoothstep(1 - (route.length - distance) / FACE_GOAL)
-    return yaw + turned * wrapped(route.end_yaw - yaw)
-
-
-class Steering:
-    """Small turns and shifts of walking bodies towards their routes; the foot lock makes up for them."""
-
-    def __init__(self, takes: Sequence[OnRoute]) -> None:
-        self.takes = takes
+    def __init__(self, way: UnderWay) -> None:
+        self.way = way
         self.before: np.ndarray | None = None
 
-    def __call__(self, roots: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def only(self, rows: np.ndarray, way: UnderWay) -> Guide:
+        """Of some of the takes; way: theirs."""
+        part = Guide(way)
+        part.before = None if self.before is None else self.before[rows]
+        return part
+
+    def follow(self, future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
+        """Lays the predicted future paths (B, 6, 3) onto the ones planned from the roots (B, 3) along the routes."""
+        path = future.numpy().astype(np.float64)
+        planned = plan(self.way, roots.numpy().astype(np.float64))
+        change = planned - path
+        change[..., 2] = wrapped(change[..., 2])
+        share = np.where(_free(self.way), 0.0, FOLLOW)
+        return torch.as_tensor(path + share[:, None, None] * change, dtype=torch.float32)
+
+    def intend(self, future: torch.Tensor) -> torch.Tensor:
+        """Who is where they shall be goes on with what they do: the network, left to itself, gets up now and then."""
+        stays = torch.as_tensor(self.way.held > 0)
+        wanted = torch.as_tensor(self.way.goals()[:, None, 6:], dtype=torch.float32)
+        return torch.where(stays[:, None, None], wanted, future)
+
+    def steer(self, roots: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """By how much each body at roots (B, 3) is moved (B, 2) and turned (B,)."""
         now = roots.numpy().astype(np.float64)
         shift, turn = np.zeros((len(now), 2)), np.zeros(len(now))
         if self.before is not None:
-            for k, take in enumerate(self.takes):
-                shift[k], turn[k] = self._one(take, now[k], now[k, :2] - self.before[k])
+            shift, turn = self._correction(now, now[:, :2] - self.before)
         self.before = now[:, :2] + shift
         return torch.as_tensor(shift, dtype=torch.float32), torch.as_tensor(turn, dtype=torch.float32)
 
-    def _one(self, take: OnRoute, root: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, float]:
-        speed = float(np.linalg.norm(step))
-        if _free(take) or speed < MOVING:
-            return np.zeros(2), 0.0
-        on_route = take.route.at(np.array(take.travelled))
-        ahead = take.route.at(np.array(take.travelled + LOOK_AHEAD))
+    def _correction(self, roots: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        way = self.way
+        speed = np.hypot(steps[:, 0], steps[:, 1])
+        places = way.routes.at(way.travelled[:, None] + np.array([0.0, LOOK_AHEAD]))
+        aside, ahead = (places[:, k] - roots[:, :2] for k in (0, 1))
         # Turn the way that the body goes, not the way that it faces: nobody walks exactly where they look.
-        error = wrapped(np.arctan2(*(ahead - root[:2])) - np.arctan2(*step))
-        vigour = min(1.0, speed / (3 * MOVING))
-        turn = np.clip(TURN_GAIN * error, -MOST_TURN, MOST_TURN) * vigour
-        aside = SHIFT_GAIN * (on_route - root[:2])
-        length = float(np.linalg.norm(aside))
-        return aside * min(1.0, MOST_SHIFT / max(length, 1e-9)) * vigour, float(turn)
+        error = wrapped(np.arctan2(ahead[:, 0], ahead[:, 1]) - np.arctan2(steps[:, 0], steps[:, 1]))
+        vigour = np.minimum(1.0, speed / (3 * MOVING)) * ~(_free(way) | (speed < MOVING))
+        aside = SHIFT_GAIN * aside
+        length = np.hypot(aside[:, 0], aside[:, 1])
+        shift = aside * (np.minimum(1.0, MOST_SHIFT / np.maximum(length, 1e-9)) * vigour)[:, None]
+        return shift, np.clip(TURN_GAIN * error, -MOST_TURN, MOST_TURN) * vigour
+
+
+def _free(way: UnderWay) -> np.ndarray:
+    """Flags (B,) of those on their last steps to a seat, which belong to the network and the goal's frame."""
+    return way.routes.length - way.travelled < _LAST_STEPS[way.action]
+
+
+def plan(way: UnderWay, roots: np.ndarray) -> np.ndarray:
+    """The paths (B, 6, 3) of the coming second along the routes, at the takes' pace, from roots (B, 3): x, z, yaw."""
+    routes, travelled = way.routes, way.travelled[:, None]
+    facing = _facing(routes, travelled)[:, 0]
+    # Who faces away from the way turns before walking off.
+    willing = np.maximum(0.15, np.cos(np.clip(wrapped(facing - roots[:, 2]), -1.5, 1.5)))
+    left = np.maximum(routes.length - way.travelled, 0.0)
+    ahead = travelled + _distances(way.drive, way.pace * way.risen * willing, left)
+    places = routes.at(np.concatenate([travelled, ahead], 1))
+    beside = (roots[:, :2] - places[:, 0])[:, None] * np.exp(-_TIMES / RETURN)[:, None]
+    turns = wrapped(_facing(routes, ahead) - roots[:, 2:])
+    yaw = roots[:, 2:] + np.clip(turns, -TURNING * _TIMES, TURNING * _TIMES)
+    return np.concatenate([places[:, 1:] + beside, yaw[..., None]], -1)
+
+
+def _distances(speed: np.ndarray, pace: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Metres (B, 6) walked at the times of the samples by who have ``speed`` now and stop after ``left`` metres."""
+    gone, out, step = np.zeros(len(speed)), [], SAMPLE_STRIDE / FPS
+    for _ in range(FUTURE):
+        stopping = np.sqrt(2 * SLOW_DOWN * np.maximum(left - gone, 0.0))
+        wanted = np.minimum(pace, stopping) - speed
+        speed = speed + np.clip(wanted, -2 * SLOW_DOWN * step, SPEED_UP * step)
+        gone = np.minimum(gone + np.maximum(speed, 0.0) * step, left)
+        out.append(gone)
+    return np.stack(out, -1)
+
+
+def _facing(routes: Routes, distance: np.ndarray) -> np.ndarray:
+    """Yaws (B, K) of the ways at distances (B, K) along them, round at corners; at their ends, the facings there."""
+    places = routes.at(np.concatenate([distance + CORNER, distance - CORNER], 1))
+    way = places[:, : distance.shape[1]] - places[:, distance.shape[1] :]
+    yaw = np.arctan2(way[..., 0], way[..., 1])
+    turned = smoothstep(1 - (routes.length[:, None] - distance) / FACE_GOAL)
+    return yaw + turned * wrapped(routes.end_yaw[:, None] - yaw)
