@@ -19,6 +19,7 @@ HIDDEN = 256
 # Share of the present course (state.extrapolate) in the next state; the decoder tells the rest. All of it, and errors
 # would never die away; none of it, and thousands of steps of training go into repeating what is already known.
 COURSE = 0.75
+FROM_THE_LEFT = 4  # rows of a batch from which the experts' weights are multiplied from the left
 
 
 def three_layers(sizes: tuple[int, int, int, int]) -> nn.Sequential:
@@ -39,12 +40,22 @@ class ExpertLayer(nn.Module):
         bound = math.sqrt(6.0 / inputs) * 0.5
         self.weight = nn.Parameter(torch.empty(inputs, experts, outputs).uniform_(-bound, bound))
         self.bias = nn.Parameter(torch.zeros(experts, outputs))
+        self._rows: tuple[int, torch.Tensor] | None = None
 
     def forward(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
         """x: (B, inputs), gate: (B, experts). Returns (B, outputs)."""
+        if not self.training and len(x) >= FROM_THE_LEFT:
+            return self._from_the_left(x, gate)
         each = (x @ self.weight.flatten(1)).unflatten(1, self.bias.shape)
         mixed = torch.bmm(gate[:, None], each)[:, 0]
         return mixed + gate @ self.bias
+
+    def _from_the_left(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
+        """The same product with the weights on the left: for some ten rows, the libraries are half as quick again."""
+        if self._rows is None or self._rows[0] != self.weight._version:
+            self._rows = self.weight._version, self.weight.detach().flatten(1).t().contiguous()
+        each = (self._rows[1] @ x.t()).unflatten(0, self.bias.shape)
+        return (each * gate.t()[:, None]).sum(0).t() + gate @ self.bias
 
     def forward_mixed_weights(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
         """The same by equation 2 to the letter, a weight matrix for each sample: slow, for tests and benchmarks."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -47,8 +48,15 @@ class Motion:
         return max(len(self) - 1, 0) / self.fps
 
     def forward_kinematics(self) -> tuple[np.ndarray, np.ndarray]:
-        """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints."""
-        return skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
+        """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints, read-only: they are kept."""
+        return self._kinematics
+
+    @cached_property
+    def _kinematics(self) -> tuple[np.ndarray, np.ndarray]:
+        made = skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
+        for values in made:
+            values.setflags(write=False)
+        return made
 
     def posed(self, part: slice | np.ndarray) -> Motion:
         """The poses of some frames, without what else is known of them: contacts, actions, the interaction."""

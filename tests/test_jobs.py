@@ -158,7 +158,7 @@ def test_refined_takes_and_what_the_report_tells_of_them(start):
         replace(SIT, start=start, refine=True), progress=lambda stage, share: seen.append((stage, share))
     )
     shares = [share for stage, share in seen if stage == "Refining"]
-    assert shares == sorted(shares) and len(set(shares)) == 4 and seen[-1][0] == "Writing keyframes"
+    assert shares == sorted(shares) and len(set(shares)) == 4 and seen[-1][0] == "Measuring"
     for one, two, action in zip(plain.variants, result.variants, result.actions, strict=True):
         told = json.loads(json.dumps(two["refined"]))
         assert told["before"]["penetration_max_cm"] == 4 and told["after"]["contact"] == 1

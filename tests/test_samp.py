@@ -8,7 +8,7 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.seats import find_goals
-from samp_blender.samp_addon.synthesis import samp
+from samp_blender.samp_addon.synthesis import samp, under_way
 from samp_blender.samp_addon.synthesis.request import Request
 
 
@@ -139,8 +139,8 @@ def test_a_walk_ends_standing_on_its_place():
 
 def test_no_take_runs_for_ever(monkeypatch):
     """A goal that is never reached ends in one sentence, not in an endless rollout."""
-    monkeypatch.setattr(samp, "ARRIVED", -1.0)
-    monkeypatch.setattr(samp, "GRACE", 0.0)
+    monkeypatch.setattr(under_way, "ARRIVED", -1.0)
+    monkeypatch.setattr(under_way, "GRACE", 0.0)
     result = samp.generate([sit(0)])[0]
     assert isinstance(result, SampError) and "stuck" in str(result)
 

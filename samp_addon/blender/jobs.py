@@ -7,7 +7,9 @@ Three steps: ``read`` the scene, synthesise without Blender (synthesis/chain.py,
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import bpy
@@ -42,6 +44,7 @@ from . import (
 from . import goals as arrows
 from .thread_run import ThreadRun
 
+MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
 LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
 
@@ -160,7 +163,8 @@ def write(
     limits.refuse_writing(context, plan.owner)
     undo = _Undo(context)
     written, variants = [], []
-    obstacles = Obstacles(plan.situations[-1].scene.triangles)
+    obstacles, measured = Obstacles(plan.situations[-1].scene.triangles), []
+    pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # beside Blender, which reads the next take meanwhile
     try:
         owner = plan.owner or _new_character(context, takes[0])
         for count, take in enumerate(takes):
@@ -171,12 +175,19 @@ def write(
             written.append(action)
             measuring.remember_goal(action, take.goal)
             measuring.remember_ground(action, take.laid_ground)
-            variants.append(reporting.entry(context, plan.job, take, action, owner, obstacles))
+            shown = actions.read_motion(owner, action, scene=context.scene)
+            measured.append(pool.submit(reporting.measured, shown, take, obstacles, character.body_of(owner)))
+        for count, (take, action) in enumerate(zip(takes, written, strict=True)):
+            progress("Measuring", count / len(takes))
+            told = measured[count].result()
+            variants.append(reporting.entry(context, plan.job, take, action, owner, told))
             before = None if take.refined is None else take.refined.before
-            take_list.remember_measures(action, variants[-1]["metrics"], before)
+            take_list.remember_measures(action, told.numbers, before)
     except BaseException:
         undo()
         raise
+    finally:
+        pool.shutdown(cancel_futures=True)
     actions.activate_action(owner, written[0])
     return Result(owner, written, variants, list(failures))
 

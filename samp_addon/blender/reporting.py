@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
 from .. import frames
+from ..body.human import Human
 from ..evaluation import metrics
 from ..evaluation.obstacles import Obstacles
 from ..job import Job
+from ..motion import Motion
 from ..refine.refining import Refined
-from ..synthesis.chain import Clock, Take
-from . import actions, character
+from ..synthesis.chain import Take
+from . import actions
 
 SCHEMA_VERSION = 1
 
@@ -23,23 +27,36 @@ def report(variants: Sequence[dict] = (), errors: Sequence[dict] = ()) -> dict:
     return {"schema_version": SCHEMA_VERSION, "variants": list(variants), "errors": list(errors)}
 
 
+@dataclass(frozen=True)
+class Measured:
+    """What an armature shows of a take: the frame in which it begins to sit or lie, the measures, and how many seconds
+    they took."""
+
+    begun: int | None
+    numbers: dict
+    seconds: float
+
+
+def measured(shown: Motion, take: Take, obstacles: Obstacles, body: Human) -> Measured:
+    """Measures a take as it is shown; needs no Blender. obstacles: of the job's last scene."""
+    begun = time.perf_counter()
+    floor = float(take.waypoints[:, 1].min())
+    numbers = metrics.measure(shown, take.goal, obstacles, floor, body)
+    rounded = {name: _rounded(value) for name, value in numbers.items()}
+    return Measured(shown.interaction_start, rounded, time.perf_counter() - begun)
+
+
 def entry(
     context: bpy.types.Context,
     job: Job,
     take: Take,
     action: bpy.types.Action,
     owner: bpy.types.Object,
-    obstacles: Obstacles,
+    measured: Measured,
 ) -> dict:
-    """The entry of one take: what the armature shows, in Blender's world. obstacles: of the job's last scene."""
+    """The entry of one take: what the armature shows, in Blender's world."""
     first, last = action.frame_range
-    clock = Clock()
-    clock.seconds.update(take.seconds)
-    with clock.stage("measure"):
-        shown = actions.read_motion(owner, action, scene=context.scene)
-        floor = float(take.waypoints[:, 1].min())
-        numbers = metrics.measure(shown, take.goal, obstacles, floor, character.body_of(owner))
-    begun = shown.interaction_start
+    begun, seconds = measured.begun, take.seconds | {"measure": measured.seconds}
     told = {
         "seed": take.seed,
         "action": ",".join(step.action for step in job.steps),
@@ -55,8 +72,8 @@ def entry(
         "interaction_start": None if begun is None else int(first) + int(begun),
         "steps": _steps(job, take, int(first), (last - first) / max(len(take.motion) - 1, 1)),
         "attempts": take.attempts,
-        "metrics": {name: _rounded(value) for name, value in numbers.items()},
-        "seconds": {name: round(value, 3) for name, value in clock.seconds.items()},
+        "metrics": measured.numbers,
+        "seconds": {name: round(value, 3) for name, value in seconds.items()},
     }
     return told if take.refined is None else told | {"refined": _refined(take.refined)}
 

@@ -44,8 +44,9 @@ def sole_tracks(
     """Of both feet, (T, 2) each: horizontal speed of the sole patch in cm/s, and in cm over the floor the
     height of its lowest vertex and of its middle."""
     speeds, lowest, middle = [], [], []
-    for patch in sole_patches():
-        vertices = human.skin(body or human.load(), motion, patch).astype(np.float64)
+    left, right = sole_patches()
+    both = human.skin(body or human.load(), motion, np.concatenate([left, right])).astype(np.float64)
+    for vertices in (both[:, : len(left)], both[:, len(left) :]):
         centre = vertices.mean(1)
         moved = (
             np.gradient(centre[:, [0, 2]], 1 / motion.fps, axis=0) if len(motion) > 1 else centre[:, :2] * 0

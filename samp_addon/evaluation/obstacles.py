@@ -6,6 +6,7 @@ places are far from every surface, and one look into their cell settles it. The 
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,12 +34,13 @@ _EDGE = BLOCK * PITCH
 
 
 class Obstacles:
-    """A scene's triangles, and what has been found out about them."""
+    """A scene's triangles, and what has been found out about them. Several threads may ask."""
 
     def __init__(self, triangles: np.ndarray) -> None:
         """triangles: (F, 3, 3) of the scene."""
         self._triangles = np.asarray(triangles, dtype=np.float64)
         self._over: dict[float | None, _Solids] = {}
+        self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray, floor: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         """How deep a body's vertices (T, V, 3) lie inside the scene, (T, V) metres, 0 outside, and flags (T, V) of
@@ -46,8 +48,9 @@ class Obstacles:
 
         floor: height under which all is solid, or None. The body of the first frame counts as outside of all.
         """
-        if floor not in self._over:
-            self._over[floor] = _Solids(self._triangles, floor)
+        with self._lock:
+            if floor not in self._over:
+                self._over[floor] = _Solids(self._triangles, floor)
         return self._over[floor].depth(vertices)
 
 
@@ -66,19 +69,21 @@ class _Solids:
         self._low = self._high = np.zeros(3)
         self._surface: Surface | None = None
         self._blocks: dict[tuple[int, ...], _Blocks] = {}
+        self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See Obstacles.depth."""
         # Columns of their own: numpy is several times slower along a short last axis.
         columns = np.ascontiguousarray(vertices.reshape(-1, 3).T, dtype=np.float64)
         depth, touching = np.zeros(columns.shape[1]), np.zeros(columns.shape[1], bool)
-        self._reach(columns.min(1), columns.max(1))
-        if self._surface is not None:
+        with self._lock:
+            surface = self._reach(columns.min(1), columns.max(1))
+        if surface is not None:
             free = tuple(free_counts(self._scene, vertices[0]))
             blocks = self._blocks.setdefault(free, _Blocks(self._scene, free))
             for start in range(0, len(depth), AT_ONCE):
                 part = slice(start, start + AT_ONCE)
-                depth[part], touching[part] = _point_depth(columns[:, part], blocks, self._surface)
+                depth[part], touching[part] = _point_depth(columns[:, part], blocks, surface)
         depth, touching = depth.reshape(vertices.shape[:2]), touching.reshape(vertices.shape[:2])
         if self._floor is not None:
             under = self._floor - vertices[..., 1]
@@ -96,10 +101,10 @@ class _Solids:
             gap, _ = self._carpets.nearest(vertices[row, column], 2, CONTACT_DISTANCE)
             touching[row, column] = gap <= CONTACT_DISTANCE
 
-    def _reach(self, low: np.ndarray, high: np.ndarray) -> None:
-        """Sees to it that all surfaces near a box are known."""
+    def _reach(self, low: np.ndarray, high: np.ndarray) -> Surface | None:
+        """All surfaces near a box, and maybe more."""
         if self._surface is not None and (low >= self._low).all() and (high <= self._high).all():
-            return
+            return self._surface
         some = self._surface is not None
         low = np.minimum(low - AROUND, self._low) if some else low - AROUND
         high = np.maximum(high + AROUND, self._high) if some else high + AROUND
@@ -107,6 +112,7 @@ class _Solids:
         close = self._scene.overlapping(low - _EDGE - MARGIN, high + _EDGE + MARGIN)
         self._low, self._high = low, high
         self._surface = Surface(self._scene.triangles[close]) if close.any() else None
+        return self._surface
 
 
 class _Blocks:
@@ -119,6 +125,7 @@ class _Blocks:
         self._flags = np.zeros((2, BLOCK**3), np.uint8)  # the first two are all outside and all inside
         self._flags[1] = _INSIDE
         self._count = 2
+        self._lock = threading.Lock()
 
     def at(self, points: np.ndarray, surface: Surface) -> np.ndarray:
         """The flags (N,) of the cells of points (3, N); surface: all that is near them."""
@@ -130,8 +137,9 @@ class _Blocks:
         numbers = np.zeros(int(np.prod(shape)), np.int32)
         for wanted in np.flatnonzero(np.bincount(place, minlength=len(numbers))):
             key = tuple(int(k) for k in np.unravel_index(wanted, shape) + low)
-            if key not in self._numbers:
-                self._numbers[key] = self._made(np.array(key), surface)
+            with self._lock:
+                if key not in self._numbers:
+                    self._numbers[key] = self._made(np.array(key), surface)
             numbers[wanted] = self._numbers[key]
         x, y, z = cell & (BLOCK - 1)
         return self._flags.reshape(-1)[(((numbers[place] << _BITS) + x << _BITS) + y << _BITS) + z]

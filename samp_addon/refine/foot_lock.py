@@ -3,6 +3,7 @@ and no sole sinks into the floor."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -112,12 +113,16 @@ def _stances(ball: np.ndarray, mask: np.ndarray, fps: float) -> list[tuple[int, 
     slow = uniform_filter1d(np.linalg.norm(velocity, axis=-1), 3, mode="nearest") < SWING_SPEED
     free = max(1, round(STEP_TIME * fps / 2))
     out = []
+    places = ball[:, [0, 2]].tolist()
     for start, stop in spells(mask & slow):
-        first = start
-        for t in range(start + 1, stop):
-            if t > first and np.linalg.norm(ball[t, [0, 2]] - ball[first:t, [0, 2]].mean(0)) > UNLOCK_RADIUS:
+        first, x, z = start, 0.0, 0.0  # sums since the first frame
+        for t in range(start, stop):
+            count = t - first
+            if count > 0 and math.hypot(places[t][0] - x / count, places[t][1] - z / count) > UNLOCK_RADIUS:
                 out.append((first, t - free))
-                first = t + free
+                first, x, z = t + free, 0.0, 0.0
+            if t >= first:
+                x, z = x + places[t][0], z + places[t][1]
         out.append((first, stop))
     return [s for s in out if s[1] - s[0] >= 3]
 
