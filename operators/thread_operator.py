@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NoReturn
 
 import bpy
 
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
     from ..samp_addon.blender.thread_run import ThreadRun
 
 TICK = 0.1
+SLICE = 0.08  # seconds of writing between two ticks
 UNDO_KEYS = {"Z"}
 
 
@@ -23,6 +26,7 @@ class ThreadOperator:
     _run = None
     _timer = None
     _ghost = None
+    _slices = None
     _asked_to_stop = False
     # The operator that works beside the window, if one does: there is never a second one.
     current: ThreadOperator | None = None
@@ -76,17 +80,36 @@ class ThreadOperator:
             self.report({"INFO"}, "Stopped; nothing was changed.")
             return {"CANCELLED"}
         if event.type == "TIMER" and self._run.done:
-            self._clear(context)
-            return outcome.run(self, lambda: self.told(self._run.finish(context)))
+            return self._finish(context)
         if event.type == "TIMER":
             self._show(context)
         # All else goes on as ever; an undo meanwhile would take away what the work is for.
         undoing = event.type in UNDO_KEYS and (event.ctrl or event.oskey)
         return {"RUNNING_MODAL"} if undoing else {"PASS_THROUGH"}
 
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        """Writes for a moment; Blender draws before the next one. Reports what came of it in the end."""
+        self._slices = self._slices or self._run.finishing(context)
+        until = time.perf_counter() + SLICE
+        try:
+            while time.perf_counter() < until:
+                self._run.stage, self._run.share = next(self._slices)
+        except StopIteration as end:
+            result = end.value
+        except Exception as error:
+            self._clear(context)
+            return outcome.run(self, _raise(error))
+        else:
+            self._show(context)
+            return {"RUNNING_MODAL"}
+        self._clear(context)
+        return outcome.run(self, lambda: self.told(result))
+
     def cancel(self, context: bpy.types.Context) -> None:
         """Stops the work; also called by Blender when its window closes."""
         self._run.stop()
+        if self._slices is not None:
+            self._slices.close()  # takes away what is written already
         self._clear(context)
 
     def _show(self, context: bpy.types.Context) -> None:
@@ -103,6 +126,13 @@ class ThreadOperator:
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
         _redraw(context)
+
+
+def _raise(error: BaseException) -> Callable[[], NoReturn]:
+    def work() -> NoReturn:
+        raise error
+
+    return work
 
 
 def _redraw(context: bpy.types.Context) -> None:

@@ -206,6 +206,9 @@ class Screen:
         self.timers, self.status, self.window, self.windows = [], None, None, []
         self.window_manager = self.workspace = self
 
+    def __getattr__(self, name):
+        return getattr(bpy.context, name)
+
     def event_timer_add(self, step, window):
         self.timers.append(step)
         return step
@@ -269,6 +272,62 @@ def test_escape_stops_and_cleans_up(start, monkeypatch):
     assert operator.reports == [({"INFO"}, "Stopped; nothing was changed.")]
     assert len(bpy.data.actions) == 0
     assert thread_operator.running() is None and bpy.ops.samp.walk_here.poll()
+
+
+MANY = Job(action="sit", target="Sofa", seed=4, variants=8)
+
+
+def slow_measures(monkeypatch):
+    """Measures that take longer than a slice of writing."""
+    real = jobs.reporting.measured
+    monkeypatch.setattr(jobs.reporting, "measured", lambda *told: (time.sleep(0.1), real(*told))[1])
+
+
+def written(operator, screen, until):
+    """Ticks until something; returns the last outcome and all that was shown."""
+    deadline, shown, outcome = time.time() + 60, [], None
+    while not until(outcome) and time.time() < deadline:
+        outcome = operator.modal(screen, SimpleNamespace(type="TIMER"))
+        shown.append(screen.status)
+        time.sleep(0.01)
+    return outcome, shown
+
+
+def test_takes_are_written_in_slices_between_which_blender_draws(start, monkeypatch):
+    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    slow_measures(monkeypatch)
+    operator, screen = pressed(MANY)
+    outcome, shown = written(operator, screen, lambda told: told == {"FINISHED"})
+    assert outcome == {"FINISHED"} and operator.reports[0][0] == {"INFO"}
+    assert len(bpy.data.actions) == 8 and (screen.timers, screen.status) == ([], None)
+    assert len({status for status in shown if status and "Measuring" in status}) > 1
+    assert thread_operator.running() is None
+
+
+def writing(operator):
+    """Whether some of its takes are written."""
+    return lambda told: len(bpy.data.actions) > 2 and operator._run.stage == "Measuring"
+
+
+def test_escape_while_takes_are_written_takes_them_away(start, monkeypatch):
+    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    slow_measures(monkeypatch)
+    operator, screen = pressed(MANY)
+    written(operator, screen, writing(operator))
+    assert len(bpy.data.actions) > 2
+    assert operator.modal(screen, SimpleNamespace(type="ESC")) == {"CANCELLED"}
+    assert len(bpy.data.actions) == 0 and thread_operator.running() is None
+
+
+def test_a_character_that_goes_while_takes_are_written(start, monkeypatch):
+    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    slow_measures(monkeypatch)
+    operator, screen = pressed(MANY)
+    written(operator, screen, writing(operator))
+    bpy.data.objects.remove(bpy.data.objects["Human"])
+    outcome, _ = written(operator, screen, lambda told: told == {"CANCELLED"})
+    assert operator.reports == [({"ERROR"}, "The character is gone since the work was begun; start again.")]
+    assert len(bpy.data.actions) == 0 and thread_operator.running() is None
 
 
 def test_the_cancel_button_stops_with_the_next_tick(start, monkeypatch):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 
 import bpy
@@ -42,9 +42,10 @@ from . import (
     waypoints,
 )
 from . import goals as arrows
-from .thread_run import ThreadRun
+from .thread_run import Slices, ThreadRun, in_one_go
 
 MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
+A_MOMENT = 0.02  # seconds
 LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
 
@@ -88,7 +89,7 @@ def begin(context: bpy.types.Context, job: Job, tools: chain.Tools | None = None
     plan = read(context, job)
     return ThreadRun(
         lambda progress: synthesise(plan, progress, tools),
-        lambda context, made: write(context, plan, *made),
+        lambda context, made: in_slices(context, plan, *made),
         plan.owner,
     )
 
@@ -158,6 +159,13 @@ def write(
 
     If anything goes wrong, what was made is taken away again. Raises SampError where there is no take.
     """
+    return in_one_go(in_slices(context, plan, takes, failures), progress)
+
+
+def in_slices(
+    context: bpy.types.Context, plan: Plan, takes: Sequence[Take], failures: Sequence[Failure]
+) -> Slices:
+    """`write`, a take at a time; closed before its end, it takes away what it made."""
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
     limits.refuse_writing(context, plan.owner)
@@ -168,7 +176,7 @@ def write(
     try:
         owner = plan.owner or _new_character(context, takes[0])
         for count, take in enumerate(takes):
-            progress("Writing keyframes", count / len(takes))
+            yield "Writing keyframes", count / len(takes)
             action = actions.write_motion(
                 owner, take.motion, _name(plan.job, take), context.scene.frame_start, context.scene, False
             )
@@ -178,7 +186,8 @@ def write(
             shown = actions.read_motion(owner, action, scene=context.scene)
             measured.append(pool.submit(reporting.measured, shown, take, obstacles, character.body_of(owner)))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
-            progress("Measuring", count / len(takes))
+            while not wait(measured[count : count + 1], A_MOMENT).done:
+                yield "Measuring", count / len(takes)
             told = measured[count].result()
             variants.append(reporting.entry(context, plan.job, take, action, owner, told))
             before = None if take.refined is None else take.refined.before
@@ -263,6 +272,9 @@ class _Undo:
             data = getattr(bpy.data, kind)
             for made in set(data) - self.present[kind]:
                 data.remove(made)
+        left = set(bpy.data.objects)  # the artist may have deleted something meanwhile
         for thing in self.selected:
-            thing.select_set(True)
-        self.layer.objects.active = self.active
+            if thing in left:
+                thing.select_set(True)
+        if self.active is None or self.active in left:
+            self.layer.objects.active = self.active

@@ -22,7 +22,7 @@ from ..refine.refining import Refined, Settings, Surroundings
 from ..scene.geometry import SceneGeometry
 from . import actions, armature, compat, measuring, read_scene, rekeying, take_list
 from .character import body_of, has_surface
-from .thread_run import ThreadRun
+from .thread_run import ThreadRun, one_slice
 
 SUFFIX = " refined"
 LONGEST_NAME = 63
@@ -97,7 +97,7 @@ def begin(
     plan = read(context, character, action_name, frame_start, frame_end, settings)
     return ThreadRun(
         lambda progress: _refined(plan, progress, refine),
-        lambda context, refined: write(context, plan, refined),
+        lambda context, refined: one_slice(lambda: write(context, plan, refined)),
         plan.owner,
     )
 

@@ -6,7 +6,7 @@ Only the thread's own arrays are touched there; reading and writing the scene ha
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import Any
 
 import bpy
@@ -16,6 +16,27 @@ from ..motion import Motion
 from ..progress import Progress
 
 PATIENCE = 0.5  # seconds; an artist who stops something waits no longer
+
+
+Slices = Generator[tuple[str, float], None, Any]
+"""Work on the scene that lets Blender draw between its slices: yields stage and share done, returns what it made."""
+
+
+def in_one_go(slices: Slices, progress: Progress = lambda stage, share: None) -> Any:
+    """What the slices return in the end. Raises what they, or progress, raise."""
+    try:
+        while True:
+            progress(*next(slices))
+    except StopIteration as end:
+        return end.value
+    finally:
+        slices.close()
+
+
+def one_slice(work: Callable[[], Any]) -> Slices:
+    """Work that is too short to be cut."""
+    yield "Writing keyframes", 0.0
+    return work()
 
 
 class Cancelled(Exception):
@@ -31,7 +52,7 @@ class ThreadRun:
     def __init__(
         self,
         work: Callable[[Progress], Any],
-        write: Callable[[bpy.types.Context, Any], Any],
+        write: Callable[[bpy.types.Context, Any], Slices],
         owner: bpy.types.Object | None = None,
     ) -> None:
         """Starts the thread. work: what it does, without Blender. write: what becomes of that in the scene.
@@ -58,6 +79,10 @@ class ThreadRun:
         self._thread.join(PATIENCE)
 
     def finish(self, context: bpy.types.Context) -> Any:
+        """What the slices of `finishing` return."""
+        return in_one_go(self.finishing(context))
+
+    def finishing(self, context: bpy.types.Context) -> Slices:
         """Writes what was made. Raises what the work raised, Cancelled if it was stopped, and SampError where the
         character is gone."""
         self._thread.join()
@@ -65,9 +90,16 @@ class ThreadRun:
             raise Cancelled
         if self._error is not None:
             raise self._error
-        if not self._present(context):
-            raise SampError("The character is gone since the work was begun; start again.")
-        return self._write(context, self._made)
+        slices = self._write(context, self._made)
+        try:
+            while True:
+                if not self._present(context):
+                    raise SampError("The character is gone since the work was begun; start again.")
+                yield next(slices)
+        except StopIteration as end:
+            return end.value
+        finally:
+            slices.close()
 
     def _work(self, work: Callable[[Progress], Any]) -> None:
         try:

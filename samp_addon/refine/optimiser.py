@@ -6,8 +6,7 @@ that gradient descent takes from it anyhow, and a hundred times as fast. Network
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..body import human
 from ..body.human import Human
 from ..body.limits import limits
 from ..motion import Goal, Motion
+from ..torch_threads import one_thread
 from . import energies
 from .field import Field
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
@@ -139,7 +139,7 @@ class Optimiser:
         self, stage: int, progress: Callable[[float], None] = lambda share: None
     ) -> tuple[np.ndarray, np.ndarray]:
         """One of the two stages, 0 or 1. Returns shift (T, 3) and turn (T, 22, 3); progress is told the share done."""
-        with _one_thread():
+        with one_thread():
             self._descend(stage, progress)
         with torch.no_grad():
             shift, turn = self.changes()
@@ -217,17 +217,6 @@ class Optimiser:
         order = np.lexsort((distance, row))
         first = order[np.unique(row[order], return_index=True)[1]]
         return first[self.carried[row[first]]]
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """torch on one thread: several gain little here, and beside a window that draws they wait for each other."""
-    kept = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(kept)
 
 
 class Adam:

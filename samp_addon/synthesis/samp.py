@@ -16,6 +16,7 @@ from ..motion import ACTIONS, Motion
 from ..progress import show
 from ..scene.geometry import sample_surface
 from ..scene.voxels import InteractionGrid
+from ..torch_threads import one_thread
 from . import finish
 from .request import Request
 from .resting import RestingTop
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from .rollout import Frame, Rollout
 
 LOOK_BACK = 5  # frames over which a pelvis' speed is measured
+WORTH_THREADS = 4  # takes from which torch's threads gain something
 SURFACE_SAMPLES = 60_000  # of a piece that is sat or lain on
 CHEST = skeleton.INDEX["spine3"]
 RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots", "travelled")
@@ -136,7 +138,7 @@ def _run(
     record, done, frame = _Record(len(takes)), np.zeros(len(takes), bool), 0
     way = UnderWay(requests, [take.route for take in takes])
     going, limit = np.arange(len(takes)), int(way.limit.max())
-    with torch.inference_mode():
+    with torch.inference_mode(), one_thread(len(takes) < WORTH_THREADS):
         run, guide = _rollout(takes, network), Guide(way)
         while len(going):
             run.set_goals(torch.as_tensor(way.goals(), dtype=torch.float32))
