@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..samp_addon.blender.thread_run import ThreadRun
 
 TICK = 0.1
+QUICK = 0.03  # seconds in which all is loaded that was loaded before
 SLICE = 0.08  # seconds of writing between two ticks
 UNDO_KEYS = {"Z"}
 
@@ -27,6 +28,7 @@ class ThreadOperator:
     _timer = None
     _ghost = None
     _slices = None
+    _loading = False
     _asked_to_stop = False
     # The operator that works beside the window, if one does: there is never a second one.
     current: ThreadOperator | None = None
@@ -59,13 +61,18 @@ class ThreadOperator:
         return outcome.run(self, lambda: self._begin(context), {"RUNNING_MODAL"})
 
     def _begin(self, context: bpy.types.Context) -> str:
-        self._run = self.begin(context)
+        from ..samp_addon.blender import thread_run
+
+        self._run = thread_run.loading()
+        self._loading = not self._run.wait(QUICK)
+        if not self._loading:
+            self._run = self.begin(context)
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
         ThreadOperator.current = self
-        self._ghost = self._make_ghost()
+        self._ghost = None if self._loading else self._make_ghost()
         return ""
 
     def _make_ghost(self) -> object:
@@ -79,6 +86,8 @@ class ThreadOperator:
             self.cancel(context)
             self.report({"INFO"}, "Stopped; nothing was changed.")
             return {"CANCELLED"}
+        if event.type == "TIMER" and self._run.done and self._loading:
+            return self._loaded(context)
         if event.type == "TIMER" and self._run.done:
             return self._finish(context)
         if event.type == "TIMER":
@@ -86,6 +95,24 @@ class ThreadOperator:
         # All else goes on as ever; an undo meanwhile would take away what the work is for.
         undoing = event.type in UNDO_KEYS and (event.ctrl or event.oskey)
         return {"RUNNING_MODAL"} if undoing else {"PASS_THROUGH"}
+
+    def _loaded(self, context: bpy.types.Context) -> set[str]:
+        """Starts the work that waited for its programs to be loaded."""
+        self._loading = False
+
+        def begin() -> str:
+            self._run = self.begin(context)
+            self._ghost = self._make_ghost()
+            return ""
+
+        try:
+            came = outcome.run(self, begin, {"RUNNING_MODAL"})
+        except BaseException:
+            self._clear(context)
+            raise
+        if came == {"CANCELLED"}:
+            self._clear(context)
+        return came
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         """Writes for a moment; Blender draws before the next one. Reports what came of it in the end."""
@@ -116,12 +143,14 @@ class ThreadOperator:
         percent = int(100 * self._run.share)
         context.window_manager.progress_update(percent)
         context.workspace.status_text_set(f"{self.bl_label}: {self._run.stage} {percent} %   (Esc stops)")
-        self._ghost.show(self._run.shown)
+        if self._ghost is not None:
+            self._ghost.show(self._run.shown)
         _redraw(context)
 
     def _clear(self, context: bpy.types.Context) -> None:
         ThreadOperator.current = None
-        self._ghost.remove()
+        if self._ghost is not None:
+            self._ghost.remove()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)

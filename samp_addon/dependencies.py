@@ -47,6 +47,26 @@ PACKAGES = (
 )
 
 
+def load_torch() -> None:
+    """Imports torch. From a thread of its own, Blender's window goes on meanwhile.
+
+    An import holds Python's lock while the system links the library, half a second and more; called through ctypes,
+    the system does that without the lock, and the import finds it done.
+    """
+    import ctypes
+    import os
+    from pathlib import Path
+
+    found = importlib.util.find_spec("torch")
+    folder = Path(found.origin).parent / "lib" if found and found.origin else Path()
+    for name in ("libtorch_python.so", "libtorch_python.dylib"):
+        if (folder / name).exists():
+            link = ctypes.CDLL(None).dlopen
+            link.restype, link.argtypes = ctypes.c_void_p, (ctypes.c_char_p, ctypes.c_int)
+            link(str(folder / name).encode(), os.RTLD_NOW | os.RTLD_LOCAL)
+    import torch  # noqa: F401
+
+
 def missing() -> list[Package]:
     """The packages that are not there."""
     return [package for package in PACKAGES if not package.present]

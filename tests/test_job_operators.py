@@ -13,8 +13,8 @@ import pytest
 import rooms
 import samp_blender
 from samp_blender.operators import thread_operator
-from samp_blender.samp_addon.blender import actions, character, jobs, measuring, targets
-from samp_blender.samp_addon.blender.thread_run import Cancelled
+from samp_blender.samp_addon.blender import actions, character, jobs, measuring, targets, thread_run
+from samp_blender.samp_addon.blender.thread_run import Cancelled, ThreadRun
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.job import Job
 from samp_blender.samp_addon.synthesis import chain
@@ -272,6 +272,27 @@ def test_escape_stops_and_cleans_up(start, monkeypatch):
     assert operator.reports == [({"INFO"}, "Stopped; nothing was changed.")]
     assert len(bpy.data.actions) == 0
     assert thread_operator.running() is None and bpy.ops.samp.walk_here.poll()
+
+
+@pytest.mark.parametrize("ends", ["done", "ESC", "failed"])
+def test_what_is_not_loaded_yet_is_loaded_beside_the_window(start, monkeypatch, ends):
+    """The first press of a day: the scene is read when all is there, and what is wrong with it told then."""
+    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    monkeypatch.setattr(
+        thread_run, "loading", lambda: ThreadRun(lambda progress: time.sleep(0.3), thread_run.one_slice)
+    )
+    operator, screen = pressed(Job(action="sit", target="Nothing" if ends == "failed" else "Sofa"))
+    assert operator._ghost is None and operator.modal(screen, SimpleNamespace(type="TIMER")) == {
+        "PASS_THROUGH"
+    }
+    if ends == "ESC":
+        assert operator.modal(screen, SimpleNamespace(type="ESC")) == {"CANCELLED"}
+    else:
+        outcome, _ = written(operator, screen, lambda told: told in ({"FINISHED"}, {"CANCELLED"}))
+        assert outcome == ({"CANCELLED"} if ends == "failed" else {"FINISHED"})
+        assert ("Nothing" in operator.reports[0][1]) == (ends == "failed")
+    assert len(bpy.data.actions) == (ends == "done")
+    assert (screen.timers, screen.status, thread_operator.running()) == ([], None, None)
 
 
 MANY = Job(action="sit", target="Sofa", seed=4, variants=8)

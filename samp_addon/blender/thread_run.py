@@ -5,12 +5,15 @@ Only the thread's own arrays are touched there; reading and writing the scene ha
 
 from __future__ import annotations
 
+import importlib
 import threading
 from collections.abc import Callable, Generator
+from contextlib import suppress
 from typing import Any
 
 import bpy
 
+from .. import dependencies
 from ..errors import SampError
 from ..motion import Motion
 from ..progress import Progress
@@ -43,6 +46,21 @@ class Cancelled(Exception):
     """Raised by a progress function to stop the work."""
 
 
+def loading() -> ThreadRun:
+    """What takes and refinements need, imported: the first time takes a second or two. Where something is missing,
+    whoever needs it says so."""
+
+    def work(progress: Progress) -> None:
+        progress("Loading", 0.0)
+        with suppress(ImportError, OSError):
+            for name in ("jobs", "refining"):
+                importlib.import_module(f"{__package__}.{name}")
+            dependencies.load_torch()
+            importlib.import_module(f"{__package__}.jobs").chain.networks()
+
+    return ThreadRun(work, lambda context, nothing: one_slice(lambda: None))
+
+
 class ThreadRun:
     """Work in flight. Start it by making it; look at `done`, `stage`, `share` and `shown`; then `finish` it.
 
@@ -72,6 +90,11 @@ class ThreadRun:
     def done(self) -> bool:
         """Whether there is something to finish."""
         return not self._thread.is_alive()
+
+    def wait(self, seconds: float) -> bool:
+        """Whether it is done, after waiting for it for that long at most."""
+        self._thread.join(seconds)
+        return self.done
 
     def stop(self) -> None:
         """Asks the thread to stop, and waits a moment until it has; whatever it still makes is thrown away."""

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import dependencies
 from ..errors import SampError
 from ..evaluation import metrics
 from ..frames import direction_yaw, yaw_direction
@@ -111,6 +112,7 @@ class Tools:
 
 def networks() -> Tools:
     """The trained networks; imports torch."""
+    dependencies.load_torch()
     from . import goals, samp
 
     return Tools(goals.sample_goals, samp.generate)

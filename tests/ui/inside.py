@@ -156,6 +156,13 @@ def _time(cls: type) -> None:
     bpy.utils.register_class(cls)
 
 
+def redraw_seconds() -> float:
+    """What one redraw of the whole window takes while nothing else goes on."""
+    begun = time.monotonic()
+    bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=10)
+    return (time.monotonic() - begun) / 10
+
+
 def draw_gap() -> list[float]:
     """Redraws since count_draws, the seconds between the first and the last, and the longest between two."""
     gaps = [b - a for a, b in zip(draws[:-1], draws[1:], strict=True)]

@@ -58,7 +58,7 @@ class _Tale:
         self.window.ask("setattr(bpy.data.objects['Human'], 'location', (-0.4, -2.2, 0))")
         self.window.shot("character")
 
-    def pick(self) -> None:
+    def pick(self) -> str:
         window = self.window
         seat = window.ask(
             "list(sum((c.matrix_world @ __import__('mathutils').Vector((0, 0, 0)) for c in "
@@ -73,6 +73,7 @@ class _Tale:
         )
         self._check("Sofa" in (clicked, whole), f"the click met '{clicked}'")
         window.shot("sofa_clicked")
+        return f"a redraw alone takes {1000 * window.ask('ui.redraw_seconds()'):.0f} ms"
 
     def sit(self) -> str:
         window = self.window
@@ -89,28 +90,34 @@ class _Tale:
         window.wait(
             "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 1, PATIENCE
         )
-        seconds = time.monotonic() - begun
-        draws, span, longest = window.ask("ui.draw_gap()")
+        seconds, drawn = time.monotonic() - begun, self._drawn()
         window.shot("seated")
-        return f"{seconds:.1f} s; {draws / max(span, 1e-6):.1f} redraws a second, the longest gap {longest:.2f} s"
+        return f"{seconds:.1f} s; {drawn}"
 
     def again(self) -> str:
         window = self.window
+        window.ask("ui.count_draws()")
         begun = time.monotonic()
         window.press("bpy.ops.samp.generate")
         window.wait(
             "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 2, PATIENCE
         )
+        seconds, drawn = time.monotonic() - begun, self._drawn()
         window.shot("again")
-        return f"{time.monotonic() - begun:.1f} s"
+        return f"{seconds:.1f} s; {drawn}"
 
-    def _stopped(self, stop: Callable[[], None]) -> str:
-        """Starts a run and stops it; returns how long that took."""
+    def _drawn(self) -> str:
+        draws, span, longest = self.window.ask("ui.draw_gap()")
+        return f"{draws / max(span, 1e-6):.1f} redraws a second, the longest gap {longest:.2f} s"
+
+    def _stopped(self, aimed: Callable[[], Callable[[], None]]) -> str:
+        """Starts a run and stops it; returns how long that took. aimed: finds what stops it, and returns how."""
         window = self.window
         window.ask("setattr(bpy.context.scene.samp, 'variants', 16)")  # takes its time
         before, place = window.ask("ui.fingerprint()"), window.find("bpy.ops.samp.generate")
         window.click(*place)
         window.wait("ui.running()", seconds=20)
+        stop = aimed()
         begun = time.monotonic()
         stop()
         window.wait("ui.running() is None", seconds=10)
@@ -120,10 +127,14 @@ class _Tale:
         return f"{seconds:.2f} s"
 
     def escape(self) -> str:
-        return self._stopped(lambda: self.window.key("Escape"))
+        return self._stopped(lambda: lambda: self.window.key("Escape"))
 
     def cancel(self) -> str:
-        return self._stopped(lambda: self.window.press("bpy.ops.samp.stop"))
+        def aimed() -> Callable[[], None]:
+            place = self.window.find("bpy.ops.samp.stop")
+            return lambda: self.window.click(*place)
+
+        return self._stopped(aimed)
 
     def keep(self) -> None:
         window = self.window
