@@ -106,7 +106,7 @@ class ThreadOperator:
             return ""
 
         try:
-            came = outcome.run(self, begin, {"RUNNING_MODAL"})
+            came = outcome.run(self, begin, {"PASS_THROUGH"})
         except BaseException:
             self._clear(context)
             raise
