@@ -154,9 +154,9 @@ def _gathered(
     pieces: dict[str, list[np.ndarray]] = {}
     for owner, instance, renderable in _shown_meshes(context):
         if renderable and wanted(owner):
-            local = _local_triangles(instance.object, owner)
-            if len(local):
-                pieces.setdefault(owner.name, []).append(_to_network(local, instance.matrix_world))
+            points, corners = _local_mesh(instance.object, owner)
+            if len(corners):
+                pieces.setdefault(owner.name, []).append(_placed(points, corners, instance.matrix_world))
     return [(name, np.concatenate(parts)) for name, parts in pieces.items()]
 
 
@@ -197,33 +197,34 @@ def _rendered_objects(collection: bpy.types.Collection, follow: bool = False) ->
     return found
 
 
-def _local_triangles(evaluated: bpy.types.Object, owner: bpy.types.Object) -> np.ndarray:
-    """Triangles (F, 3, 3) of an evaluated mesh object in its own space."""
+def _local_mesh(evaluated: bpy.types.Object, owner: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) of an evaluated mesh object in its own space, and its triangles' corners (F, 3)."""
     if owner.mode != "EDIT":
-        return _mesh_triangles(evaluated.data)
+        return _read_mesh(evaluated.data)
     # In edit mode the evaluated mesh is only a shell around the one being edited.
     try:
-        return _mesh_triangles(evaluated.to_mesh())
+        return _read_mesh(evaluated.to_mesh())
     finally:
         evaluated.to_mesh_clear()
 
 
-def _mesh_triangles(mesh: bpy.types.Mesh) -> np.ndarray:
+def _read_mesh(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
     mesh.calc_loop_triangles()
     points = np.empty((len(mesh.vertices), 3), dtype=np.float32)
     corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
     mesh.vertices.foreach_get("co", points.ravel())
     mesh.loop_triangles.foreach_get("vertices", corners.ravel())
-    return points[corners]
+    return points, corners
 
 
-def _to_network(local: np.ndarray, matrix: object) -> np.ndarray:
+def _placed(points: np.ndarray, corners: np.ndarray, matrix: object) -> np.ndarray:
+    """Triangles (F, 3, 3) in the network frame of a mesh and its object's matrix."""
     world = np.array(matrix, dtype=np.float64)
-    # One product for both the object's matrix and the change of axes: a million triangles pass through here.
+    # One product for both the object's matrix and the change of axes: a million vertices pass through here.
     turned = frames.to_network(world[:3, :3].T)
-    triangles = (local.reshape(-1, 3) @ turned + frames.to_network(world[:3, 3])).reshape(-1, 3, 3)
     # A mirrored object keeps its outside outside.
-    return triangles[:, ::-1] if np.linalg.det(turned) < 0 else triangles
+    corners = corners[:, ::-1] if np.linalg.det(turned) < 0 else corners
+    return (points @ turned + frames.to_network(world[:3, 3])).take(corners, axis=0)
 
 
 def _explain_nothing_read(

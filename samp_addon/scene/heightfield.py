@@ -5,7 +5,7 @@ Network frame, metres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +37,15 @@ class Grid:
         shape = np.ceil((high - corner)[[0, 2]] / cell).astype(int) + 1
         return cls(corner, cell, level, (int(shape[0]), int(shape[1])))
 
+    def widened(self, low: np.ndarray, high: np.ndarray) -> Grid:
+        """The same cells and more of them, as far as the box from low to high (3,) asks."""
+        wanted = Grid.over(low, high, self.cell)
+        before = np.maximum(np.ceil((self.corner - wanted.corner)[[0, 2]] / self.cell), 0)
+        corner = self.corner - np.array([before[0], 0, before[1]]) * self.cell
+        far = np.maximum(self.corner[[0, 2]] + np.array(self.shape) * self.cell, high[[0, 2]] + self.cell)
+        shape = np.ceil((far - corner[[0, 2]]) / self.cell - 1e-6).astype(int)
+        return replace(self, corner=corner, shape=(int(shape[0]), int(shape[1])))
+
 
 @dataclass(frozen=True)
 class Solid:
@@ -49,6 +58,12 @@ class Solid:
     level: np.ndarray
     height: np.ndarray
     flat: np.ndarray
+
+    def moved(self, before: Grid, after: Grid) -> Solid:
+        """The same cells, numbered as in a grid that is wider."""
+        x, z = np.divmod(self.column, before.shape[1])
+        skipped = np.rint((before.corner - after.corner)[[0, 2]] / before.cell).astype(np.int64)
+        return replace(self, column=(x + skipped[0]) * after.shape[1] + z + skipped[1])
 
 
 @dataclass(frozen=True)

@@ -145,8 +145,13 @@ def build(
         places = heightfield.standing_places(solid, grid, agent.height)
         laid = None if _has_floor(places, solid, grid) else float(low[1])
     if laid is not None:
-        low, high = _with_margin(triangles, cover, laid)
-        grid, solid = _solid(triangles, low, high, box, cell, agent)
+        margin = _with_margin(triangles, cover, laid)
+        if floor_height is None and box is None and _columns(*margin, grid.cell) <= MOST_COLUMNS:
+            # What is solid is known already.
+            wide = grid.widened(*margin)
+            grid, solid = wide, solid.moved(grid, wide)
+        else:
+            grid, solid = _solid(triangles, *margin, box, cell, agent)
         places = heightfield.standing_places(heightfield.with_ground(solid, grid, laid), grid, agent.height)
     joined = ground.join(
         grid, places, agent.step, agent.height, agent.slope, agent.radius, max(REACH, agent.radius)
