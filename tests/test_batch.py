@@ -253,6 +253,15 @@ def test_arguments_under_blender_follow_two_dashes(monkeypatch, command, meant):
     assert runpy.run_path(str(ROOT / "bake.py"))["arguments"]() == meant
 
 
+def test_every_option_stands_in_the_documentation():
+    from samp_blender.samp_addon import job
+
+    told = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
+    for action in job.parser()._actions:
+        for option in action.option_strings:
+            assert option in ("-h", "--help") or f"`{option}" in told, option
+
+
 def test_help_is_for_people():
     status, said, complained = bake("--help", script=ROOT / "bake.py")
     assert (status, complained) == (0, "")
