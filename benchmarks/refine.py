@@ -21,7 +21,8 @@ from ..samp_addon.refine import optimiser, refining
 from ..samp_addon.refine.field import Field
 from ..samp_addon.refine.standing import plan_feet
 from ..samp_addon.scene.geometry import SceneGeometry
-from ..samp_addon.synthesis.chain import Situation, synthesise
+from ..samp_addon.synthesis.chain import synthesise
+from ..samp_addon.synthesis.takes import Situation
 from ..tests import rooms
 
 LENGTHS = (10, 20, 40, 60)  # seconds

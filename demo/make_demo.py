@@ -17,7 +17,7 @@ import numpy as np
 from samp_blender.samp_addon.blender import actions, contact_sheet, jobs, movie, render, reporting
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.job import Job
-from samp_blender.samp_addon.synthesis.chain import Tools
+from samp_blender.samp_addon.synthesis.takes import Tools
 
 HERE = Path(__file__).resolve().parent
 SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), seed=1, variants=3, hold=2.5)

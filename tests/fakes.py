@@ -11,7 +11,7 @@ from samp_blender.samp_addon.errors import RolloutError, SampError
 from samp_blender.samp_addon.motion import ACTIONS, Motion
 from samp_blender.samp_addon.refine.refining import Refined, Settings
 from samp_blender.samp_addon.scene import seats
-from samp_blender.samp_addon.synthesis.chain import Tools
+from samp_blender.samp_addon.synthesis.takes import Tools
 
 SPEED = 1.2
 

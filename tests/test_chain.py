@@ -13,7 +13,8 @@ from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.job import Job
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
 from samp_blender.samp_addon.synthesis import chain
-from samp_blender.samp_addon.synthesis.chain import Situation, Tools, synthesise
+from samp_blender.samp_addon.synthesis.chain import synthesise
+from samp_blender.samp_addon.synthesis.takes import Situation, Tools
 
 SIT = Job(action="sit", target="Sofa", hold=1.5)
 

@@ -20,7 +20,7 @@ from samp_blender.samp_addon.blender.kept_takes import KeptTakes
 from samp_blender.samp_addon.job import Job
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.refine.refining import Refined
-from samp_blender.samp_addon.synthesis.chain import Failure, Take, Tools
+from samp_blender.samp_addon.synthesis.takes import Failure, Take, Tools
 
 ROOT = Path(__file__).resolve().parent.parent
 FAKES = ROOT / "tests" / "bake_with_fakes.py"

@@ -8,8 +8,8 @@ import pytest
 import rooms
 from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.job import Job
-from samp_blender.samp_addon.synthesis.chain import Tools
 from samp_blender.samp_addon.synthesis.sequence import synthesise_steps
+from samp_blender.samp_addon.synthesis.takes import Tools
 from test_chain import situation
 
 JOB = Job(action="sit", target="Sofa", hold=1.5, seed=5, variants=2)

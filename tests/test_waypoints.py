@@ -10,7 +10,7 @@ from samp_blender.samp_addon.job import Job, UsageError, order
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
 from samp_blender.samp_addon.synthesis import chain
-from samp_blender.samp_addon.synthesis.chain import Situation, Tools
+from samp_blender.samp_addon.synthesis.takes import Situation, Tools
 
 FLOOR = rooms.box(np.array([-4.0, -0.1, -4.0]), np.array([4.0, 0.0, 4.0]))
 

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from ..samp_addon.synthesis import goals, samp
-from ..samp_addon.synthesis.chain import Tools
+from ..samp_addon.synthesis.takes import Tools
 from .evaluation import reference, refined, report, sheets
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 

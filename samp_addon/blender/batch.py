@@ -18,7 +18,7 @@ import bpy
 from .. import amass, dependencies, job
 from ..errors import SampError
 from ..job import Order, UsageError
-from ..synthesis.chain import Tools
+from ..synthesis.takes import Tools
 from . import actions, jobs, open_scene, reporting, take_by_take
 from .kept_takes import KeptTakes
 from .ledger import Ledger

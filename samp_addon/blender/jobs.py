@@ -26,9 +26,9 @@ from ..progress import Progress
 from ..refine.refining import Surroundings
 from ..scene.geometry import SceneGeometry
 from ..synthesis import chain
-from ..synthesis.chain import Failure, Situation, Take
 from ..synthesis.refinement import refine_takes
 from ..synthesis.sequence import synthesise_steps
+from ..synthesis.takes import Failure, Situation, Take
 from . import (
     actions,
     armature,

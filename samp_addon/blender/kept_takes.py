@@ -16,7 +16,7 @@ import numpy as np
 
 from ..motion import Goal, Motion
 from ..refine.refining import Refined
-from ..synthesis.chain import Failure, Take
+from ..synthesis.takes import Failure, Take
 from .whole_files import whole
 
 CLASSES = {cls.__name__: cls for cls in (Take, Failure, Motion, Goal, Refined)}

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ..errors import SampError
-from ..synthesis.chain import Situation
+from ..synthesis.takes import Situation
 from . import actions, armature
 
 HEIGHTS = (0.5, 3.5)

@@ -16,7 +16,7 @@ from ..evaluation.obstacles import Obstacles
 from ..job import Job
 from ..motion import Motion
 from ..refine.refining import Refined
-from ..synthesis.chain import Take
+from ..synthesis.takes import Take
 from . import actions
 
 SCHEMA_VERSION = 1

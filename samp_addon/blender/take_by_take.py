@@ -12,8 +12,9 @@ import bpy
 
 from ..evaluation import metrics
 from ..job import Job
-from ..synthesis.chain import MOST_AT_ONCE, Failure, Take, Tools, networks
+from ..synthesis.chain import MOST_AT_ONCE, networks
 from ..synthesis.refinement import refine_takes
+from ..synthesis.takes import Failure, Take, Tools
 from . import jobs
 from .jobs import Plan, Result
 from .kept_takes import KeptTakes

@@ -6,10 +6,8 @@ own: nothing here knows bpy, and what ``progress`` raises stops it.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,14 +19,12 @@ from ..frames import direction_yaw, yaw_direction
 from ..job import SEATED, Job
 from ..motion import Goal, Motion
 from ..progress import Progress, Stage
-from ..refine import refining
-from ..refine.refining import Refined
 from ..scene import navmesh as navigation
 from ..scene import path as paths
 from ..scene import solids
-from ..scene.geometry import SceneGeometry
 from ..scene.seats import infer_front_yaw
 from .request import Request
+from .takes import Clock, Failure, Situation, Take, Tools
 
 START_DISTANCE = (1.5, 3.5)
 """Metres from the goal at which a free start is looked for."""
@@ -51,65 +47,6 @@ MOST_STOOP = 0.09
 _NEXT_ATTEMPT = 1_000_003  # added to the seed: far from the seeds that an artist counts through
 
 
-@dataclass(frozen=True)
-class Situation:
-    """What the chain needs to know of the artist's scene; network frame.
-
-    scene: all triangles, the target's too, the character's not. target: (F, 3, 3) or None. parts:
-    the target's names in the scene. start: floor
-    position (3,) and yaw, or None for a free place. destination: floor position (3,) and yaw or None, for
-    walks. goals: places on the target that the artist has chosen; empty to let GoalNet choose. via: floor positions
-    (3,) that the way passes in their order.
-    """
-
-    scene: SceneGeometry
-    target: np.ndarray | None = None
-    parts: Sequence[str] = ()
-    start: tuple[np.ndarray, float] | None = None
-    destination: tuple[np.ndarray, float | None] | None = None
-    goals: Sequence[Goal] = ()
-    via: Sequence[np.ndarray] = ()
-
-
-@dataclass(frozen=True)
-class Take:
-    """One generated take. goal: for walks at the standing pelvis' height. waypoints: (N, 3), start first.
-
-    steps: the takes that it was joined from, see sequence.py; empty for a single action. laid_ground: height of the
-    floor that was assumed where the scene has none, or None. refined: what its refinement changed, see refinement.py.
-    """
-
-    seed: int
-    motion: Motion
-    goal: Goal
-    waypoints: np.ndarray
-    seconds: dict[str, float] = field(default_factory=dict)
-    attempts: int = 1
-    steps: tuple[Take, ...] = ()
-    laid_ground: float | None = None
-    refined: Refined | None = None
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A take that could not be made, and why."""
-
-    seed: int
-    message: str
-
-
-@dataclass(frozen=True)
-class Tools:
-    """The networks' part and the optimiser's, which tests replace.
-
-    sample_goals: (triangles, action, count, seed, obstacles) -> goals. refine: as refine/refining.py has it.
-    """
-
-    sample_goals: Callable[[np.ndarray, str, int, int, np.ndarray], Sequence[Goal]]
-    generate: Callable[[Sequence[Request], Callable[[float], None]], Sequence[Motion | SampError]]
-    refine: Callable[..., Refined] = refining.refine
-
-
 def networks() -> Tools:
     """The trained networks; imports torch."""
     dependencies.load_torch()
@@ -123,22 +60,6 @@ def standing_height() -> float:
     from ..body import human
 
     return -human.load().floor
-
-
-class Clock:
-    """Seconds by stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Adds the time inside to the stage's."""
-        begun = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun
 
 
 def synthesise(

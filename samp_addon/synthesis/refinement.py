@@ -11,7 +11,7 @@ from ..body.human import Human
 from ..errors import SampError
 from ..progress import Part, Progress, show
 from ..refine.refining import Surroundings
-from .chain import Failure, Take, Tools
+from .takes import Failure, Take, Tools
 
 STAGE = "Refining"
 

@@ -16,7 +16,8 @@ from ..easing import smoothstep
 from ..job import Job
 from ..motion import Motion
 from ..progress import Part, Progress
-from .chain import Failure, Situation, Take, Tools, networks, synthesise
+from .chain import networks, synthesise
+from .takes import Failure, Situation, Take, Tools
 
 FADE = 12  # frames in which what does not fit at a joint dies away
 

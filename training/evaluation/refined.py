@@ -11,7 +11,7 @@ from ...samp_addon.evaluation import metrics
 from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.refine.refining import Surroundings, refine
 from ...samp_addon.scene.geometry import SceneGeometry
-from ...samp_addon.synthesis.chain import Take
+from ...samp_addon.synthesis.takes import Take
 from .tables import Estimate
 
 WANTED = {

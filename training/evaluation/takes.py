@@ -15,8 +15,9 @@ from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.job import Job
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene.geometry import SceneGeometry
-from ...samp_addon.synthesis.chain import Situation, Take, Tools, synthesise
+from ...samp_addon.synthesis.chain import synthesise
 from ...samp_addon.synthesis.request import Request
+from ...samp_addon.synthesis.takes import Situation, Take, Tools
 from ...tests import rooms
 from .. import furniture
 
