@@ -78,4 +78,4 @@ matrix: $(BLENDERS:%=matrix-%)
 	touch $@
 
 matrix-%: .venv-%/ready
-	.venv-$*/bin/python -m pytest $(MATRIX_TESTS)
+	PYTHONPATH=tests .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)
