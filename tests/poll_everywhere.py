@@ -72,7 +72,8 @@ def furnish(rooms: object) -> None:
     }
     made["Surface"] = bpy.data.curves.new("Surface", "SURFACE")
     for name, kind in DATA.items():
-        data = getattr(bpy.data, kind, None)
+        # Between 4.3 and 4.5 the plain name is that of annotations, of which no object can be made.
+        data = getattr(bpy.data, f"{kind}_v3", getattr(bpy.data, kind, None))
         if data is not None:
             made[name] = data.new(name, "POINT") if kind == "lights" else data.new(name)
     for name, data in made.items():
