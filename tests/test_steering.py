@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 from samp_blender.samp_addon.motion import Goal
-from samp_blender.samp_addon.synthesis import steering
+from samp_blender.samp_addon.synthesis import steering, under_way
 from samp_blender.samp_addon.synthesis.request import Request
 from samp_blender.samp_addon.synthesis.route import Route
 from samp_blender.samp_addon.synthesis.under_way import Seen, UnderWay
@@ -92,6 +92,17 @@ def test_who_counts_as_sitting(place, speed, weight, sits):
     assert way.held[0] == sits
 
 
+def test_who_sits_in_the_air_is_stuck():
+    """A way that others would take all the time for is over soon."""
+    way = taken("sit", travelled=4.5, end=(0.0, 0.55, 5.0))
+    for frame in range(200):
+        way.update(seen(way, (0.4, 0.6, 5.0)), frame)
+        if way.over(frame)[0]:
+            break
+    assert frame + 1 == steering.FPS * under_way.BESIDE < way.limit[0]
+    assert (way.held[0], way.done_at[0]) == (0, -1)
+
+
 def test_who_sits_means_to_stay():
     """The others' intentions are the network's; a take is over when it was held for long enough."""
     way = taken("sit", travelled=4.5, end=(0.0, 0.55, 5.0))
@@ -116,3 +127,15 @@ def test_some_of_the_takes_go_on_as_they_would_together():
     roots = np.array([[0.1, 0.4, 0.2]] * 3)
     np.testing.assert_array_equal(steering.plan(part, roots[rows]), steering.plan(way, roots)[rows])
     np.testing.assert_array_equal(part.goals(), way.goals()[rows])
+
+
+@pytest.mark.parametrize("away, height, follows", [(0.2, 0.9, False), (0.6, 0.9, True), (0.6, 0.7, False)])
+def test_who_walks_past_a_seat_is_led_back_while_standing(away, height, follows):
+    way = taken("sit", travelled=5.0, end=(0.0, 0.55, 5.0))
+    root = np.array([away, way.routes.points[0, -1, 1]])
+    way.update(seen(way, (root[0], height, root[1]), weight=0.0), frame=100)
+    future = torch.full((1, steering.FUTURE, 3), 0.3)
+    path = steering.Guide(way).follow(future, torch.tensor([[root[0], root[1], 0.0]]))
+    assert torch.equal(path, future) != follows
+    if follows:
+        assert abs(float(path[0, -1, 0])) < away / 2

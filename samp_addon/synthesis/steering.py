@@ -22,6 +22,8 @@ LOOK_AHEAD = 0.7  # metres along the route to the point that the character is tu
 MOST_TURN = np.radians(2.0)  # per frame
 MOST_SHIFT = 0.006  # metres per frame
 LAST_STEP = {"sit": 0.3, "lie": 0.3}  # metres of the way to a seat that belong to the network
+PAST = 0.35  # metres from the end of the way from which they no longer do
+STANDING = 0.75  # share of the way up from which somebody stands
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame: slower characters turn by themselves
 SLOW_DOWN = 1.0  # m/s2 at the end of the planned path
@@ -50,10 +52,11 @@ class Guide:
     def follow(self, future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
         """Lays the predicted future paths (B, 6, 3) onto the ones planned from the roots (B, 3) along the routes."""
         path = future.numpy().astype(np.float64)
-        planned = plan(self.way, roots.numpy().astype(np.float64))
+        roots = roots.numpy().astype(np.float64)
+        planned = plan(self.way, roots)
         change = planned - path
         change[..., 2] = wrapped(change[..., 2])
-        share = np.where(_free(self.way), 0.0, FOLLOW)
+        share = np.where(_free(self.way, roots), 0.0, FOLLOW)
         return torch.as_tensor(path + share[:, None, None] * change, dtype=torch.float32)
 
     def intend(self, future: torch.Tensor) -> torch.Tensor:
@@ -78,16 +81,19 @@ class Guide:
         aside, ahead = (places[:, k] - roots[:, :2] for k in (0, 1))
         # Turn the way that the body goes, not the way that it faces: nobody walks exactly where they look.
         error = wrapped(np.arctan2(ahead[:, 0], ahead[:, 1]) - np.arctan2(steps[:, 0], steps[:, 1]))
-        vigour = np.minimum(1.0, speed / (3 * MOVING)) * ~(_free(way) | (speed < MOVING))
+        vigour = np.minimum(1.0, speed / (3 * MOVING)) * ~(_free(way, roots) | (speed < MOVING))
         aside = SHIFT_GAIN * aside
         length = np.hypot(aside[:, 0], aside[:, 1])
         shift = aside * (np.minimum(1.0, MOST_SHIFT / np.maximum(length, 1e-9)) * vigour)[:, None]
         return shift, np.clip(TURN_GAIN * error, -MOST_TURN, MOST_TURN) * vigour
 
 
-def _free(way: UnderWay) -> np.ndarray:
-    """Flags (B,) of those on their last steps to a seat, which belong to the network and the goal's frame."""
-    return way.routes.length - way.travelled < _LAST_STEPS[way.action]
+def _free(way: UnderWay, roots: np.ndarray) -> np.ndarray:
+    """Flags (B,) of those on their last steps to a seat, which belong to the network and the goal's frame; who walks
+    past it, roots (B, 3), is led back while standing."""
+    away = roots[:, :2] - way.routes.points[:, -1]
+    past = (np.hypot(away[:, 0], away[:, 1]) > PAST) & (way.risen > STANDING)
+    return (way.routes.length - way.travelled < _LAST_STEPS[way.action]) & ~past
 
 
 def plan(way: UnderWay, roots: np.ndarray) -> np.ndarray:

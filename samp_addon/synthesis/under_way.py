@@ -32,6 +32,7 @@ LOW_SEAT = 0.45  # metres: bodies on lower seats are only asked to come down as 
 MOST_DRIVE = 0.7  # m/s that the planned speed may be ahead of the body's
 RISING = 0.15  # share of the pace at which somebody sets off who still sits
 RECLINED = 0.6  # cosine of the chest's slope from which a body counts as lying
+BESIDE = 2.0  # seconds that somebody sits beside the goal before the take counts as stuck
 PASSED = 0.05  # metres beyond a way-point
 
 
@@ -53,7 +54,8 @@ class UnderWay:
 
     travelled: metres along each. drive: the speed that its plan sets out with, pace: the one that it is to reach, m/s.
     risen: how far it has stood up, 0 to 1. number: of its goal in force. held: frames that its action was held at the
-    goal. done_at: the frame in which it was held for long enough, or -1. limit: frames after which it is stuck.
+    goal; beside: frames that it was held elsewhere. done_at: the frame in which it was held for long enough, or -1.
+    limit: frames after which it is stuck.
     """
 
     def __init__(self, requests: Sequence[Request], routes: Sequence[Route]) -> None:
@@ -73,7 +75,7 @@ class UnderWay:
         self.limit = np.round(seconds * FPS).astype(int)
         self.travelled, self.drive = np.zeros(len(routes)), np.zeros(len(routes))
         self.risen = np.ones(len(routes))
-        self.number, self.held = np.zeros(len(routes), int), np.zeros(len(routes), int)
+        self.number, self.held, self.beside = (np.zeros(len(routes), int) for _ in range(3))
         self.done_at = np.full(len(routes), -1)
 
     def __len__(self) -> int:
@@ -92,7 +94,7 @@ class UnderWay:
 
     def over(self, frame: int) -> np.ndarray:
         """Flags (B,) of the takes that are done, or stuck, at a frame."""
-        return (self.done_at >= 0) | (frame >= self.limit)
+        return (self.done_at >= 0) | (frame >= self.limit) | (self.beside >= BESIDE * FPS)
 
     def share(self) -> float:
         """How far the slowest of them is, 0 to 1."""
@@ -108,8 +110,10 @@ class UnderWay:
         height = (seen.pelvis[:, 1] - SEATED_PELVIS) / (STANDING_PELVIS - SEATED_PELVIS)
         self.risen = np.clip(height, RISING, 1.0)
         self._pass(seen.roots)
-        settled = self._settled(seen)
-        self.held = self.held + settled
+        near, resting = self._settled(seen)
+        self.held = self.held + (near & resting)
+        # Who sits in the air in front of the seat would sit on there, or slide to it in the end.
+        self.beside = self.beside + (~near & resting & (self.goals()[:, 6] == 0))
         done = (self.held >= self.hold) & (self.done_at < 0)
         self.done_at = np.where(done, frame, self.done_at)
 
@@ -125,16 +129,16 @@ class UnderWay:
                 return
             self.number = self.number + on
 
-    def _settled(self, seen: Seen) -> np.ndarray:
-        """Flags (B,) of those who are where they shall be, and doing what they shall do."""
+    def _settled(self, seen: Seen) -> tuple[np.ndarray, np.ndarray]:
+        """Flags (B,) of those who are where they shall be in the end, and of those who do what they shall do there."""
         goal = self.goals()
         action = goal[:, 6:].argmax(1)
         away = seen.pelvis - goal[:, :3]
         idle = action == 0
+        near = np.hypot(away[:, 0], away[:, 2]) < np.where(idle, 2.0, 1.5) * ARRIVED
         settled = (self.number == self.last) & (seen.speed < STILL)
-        settled &= np.hypot(away[:, 0], away[:, 2]) < np.where(idle, 2.0, 1.5) * ARRIVED
         # Who hesitates in front of a seat is near and still as well: it is the height that tells.
         low = seen.pelvis[:, 1] < np.maximum(goal[:, 1], LOW_SEAT) + ARRIVED
         busy = seen.weights[np.arange(len(self)), action] > SITTING
         settled &= idle | (busy & low & (seen.sinking < SINKING))
-        return settled & ((action != ACTIONS.index("lie")) | (seen.upright < RECLINED))
+        return near, settled & ((action != ACTIONS.index("lie")) | (seen.upright < RECLINED))
