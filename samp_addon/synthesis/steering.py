@@ -89,10 +89,11 @@ class Guide:
 
 
 def _free(way: UnderWay, roots: np.ndarray) -> np.ndarray:
-    """Flags (B,) of those on their last steps to a seat, which belong to the network and the goal's frame; who walks
-    past it, roots (B, 3), is led back while standing."""
+    """Flags (B,) of those on their last steps to a seat or bed, which belong to the network and the goal's frame; who
+    walks past a seat, roots (B, 3), is led back while standing. Beds are got into from farther away."""
     away = roots[:, :2] - way.routes.points[:, -1]
     past = (np.hypot(away[:, 0], away[:, 1]) > PAST) & (way.risen > STANDING)
+    past &= way.action == ACTIONS.index("sit")
     return (way.routes.length - way.travelled < _LAST_STEPS[way.action]) & ~past
 
 

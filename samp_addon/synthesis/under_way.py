@@ -113,7 +113,7 @@ class UnderWay:
         near, resting = self._settled(seen)
         self.held = self.held + (near & resting)
         # Who sits in the air in front of the seat would sit on there, or slide to it in the end.
-        self.beside = self.beside + (~near & resting & (self.goals()[:, 6] == 0))
+        self.beside = self.beside + (~near & resting & (self.action == ACTIONS.index("sit")))
         done = (self.held >= self.hold) & (self.done_at < 0)
         self.done_at = np.where(done, frame, self.done_at)
 
