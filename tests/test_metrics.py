@@ -190,6 +190,18 @@ def test_takes_that_share_obstacles_measure_as_one_alone():
         assert one.any()
 
 
+def test_a_take_that_leaps_far_away_is_measured_as_well():
+    motion = standing(1.0, (0, FLOOR, -1.5), speed=1.5)
+    root = motion.root.copy()
+    root[10:20] += [40_000.0, 3_000.0, -70_000.0]
+    leaping = replace(motion, root=root)
+    depth, touching = collision.body_depth(leaping, Obstacles(SOLIDS["closed"]), floor=0.0)
+    plain, _ = collision.body_depth(motion, Obstacles(SOLIDS["closed"]), floor=0.0)
+    stays = np.r_[0:10, 20 : len(root)]
+    np.testing.assert_allclose(depth[stays], plain[stays], atol=1e-9)
+    assert depth.max() > 0 and not depth[10:20].any() and not touching[10:20].any()
+
+
 def test_deep_inside_of_something_large():
     """No surface is within reach of the body's cells, and it is inside all the same."""
     motion = standing(1.0, (0, FLOOR, -4), speed=6.0)

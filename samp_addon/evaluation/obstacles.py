@@ -29,6 +29,9 @@ AROUND = 1.0
 AT_ONCE = 50_000
 """Places looked at together, few enough for a processor's cache."""
 
+SCATTERED = 1e6
+"""Blocks of a box above which its places are looked at in two halves."""
+
 _INSIDE, _NEAR = 1, 2
 _EDGE = BLOCK * PITCH
 
@@ -121,7 +124,7 @@ class _Blocks:
     def __init__(self, scene: Boxed, free: Sequence[int]) -> None:
         """free: see solids.free_counts."""
         self._scene, self._free = scene, free
-        self._numbers: dict[tuple[int, int, int], int] = {}
+        self._numbers: dict[tuple[int, ...], int] = {}
         self._flags = np.zeros((2, BLOCK**3), np.uint8)  # the first two are all outside and all inside
         self._flags[1] = _INSIDE
         self._count = 2
@@ -131,18 +134,31 @@ class _Blocks:
         """The flags (N,) of the cells of points (3, N); surface: all that is near them."""
         cell = np.floor(points * (1 / PITCH)).astype(np.int32)
         block = cell >> _BITS
-        low = block.min(1)
+        low = block.min(1).astype(np.int64)
         shape = block.max(1) - low + 1
+        if shape.prod(dtype=float) > SCATTERED:
+            # Takes can leap: half the places, and half again, until none are so far apart.
+            middle = (low + block.max(1)) // 2
+            axis = int(shape.argmax())
+            here = block[axis] <= middle[axis]
+            flags = np.empty(len(here), np.uint8)
+            flags[here], flags[~here] = (self.at(points[:, side], surface) for side in (here, ~here))
+            return flags
         place = ((block[0] - low[0]) * shape[1] + (block[1] - low[1])) * shape[2] + (block[2] - low[2])
         numbers = np.zeros(int(np.prod(shape)), np.int32)
         for wanted in np.flatnonzero(np.bincount(place, minlength=len(numbers))):
-            key = tuple(int(k) for k in np.unravel_index(wanted, shape) + low)
-            with self._lock:
-                if key not in self._numbers:
-                    self._numbers[key] = self._made(np.array(key), surface)
-            numbers[wanted] = self._numbers[key]
+            numbers[wanted] = self._number(
+                tuple(int(k) for k in np.unravel_index(wanted, shape) + low), surface
+            )
         x, y, z = cell & (BLOCK - 1)
         return self._flags.reshape(-1)[(((numbers[place] << _BITS) + x << _BITS) + y << _BITS) + z]
+
+    def _number(self, block: tuple[int, ...], surface: Surface) -> int:
+        """Number of a block's flags; they are made where they are not there yet."""
+        with self._lock:
+            if block not in self._numbers:
+                self._numbers[block] = self._made(np.array(block), surface)
+        return self._numbers[block]
 
     def _made(self, block: np.ndarray, surface: Surface) -> int:
         """Number of the flags of a block, made."""
