@@ -169,7 +169,9 @@ def _redraw(context: bpy.types.Context) -> None:
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
-                area.tag_redraw()
+                for region in area.regions:
+                    if region.type in {"WINDOW", "UI"}:
+                        region.tag_redraw()
 
 
 def running() -> tuple[str, str, float] | None:

@@ -213,11 +213,11 @@ def feet_stand(wanted: carrying.Carried, result: rig_carrying.Result) -> None:
             speed = np.linalg.norm(np.diff(soles[1][part], axis=0), axis=-1) * motion.fps
             assert np.median(speed) < 0.01, (plan.foot.side, stance)
             speeds += speed.tolist()
-            assert np.linalg.norm(soles[1][part].mean(0) - soles[0][part].mean(0)) < 0.01, (
-                plan.foot.side,
-                stance,
-            )
             ground = prints.support(soles[1][part])[0]
+            # The feet of a take that is not refined may hover a little; here they stand.
+            hovers = np.abs(soles[0][part, 1] - ground).max()
+            moved = np.linalg.norm(soles[1][part].mean(0) - soles[0][part].mean(0))
+            assert moved < 0.01 + hovers < 0.03, (plan.foot.side, stance)
             assert np.abs(soles[1][part, 1] - ground).max() < 0.01, (plan.foot.side, stance)
     assert len(speeds) > 150 and np.mean(speeds) < 0.01
 
