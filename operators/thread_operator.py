@@ -66,20 +66,22 @@ class ThreadOperator:
         self._run = thread_run.loading()
         self._loading = not self._run.wait(QUICK)
         if not self._loading:
-            self._run = self.begin(context)
+            self._start(context)
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
         ThreadOperator.current = self
-        self._ghost = None if self._loading else self._make_ghost()
         return ""
 
-    def _make_ghost(self) -> object:
+    def _start(self, context: bpy.types.Context) -> str:
+        """The work itself, and the figure that shows it."""
         from ..samp_addon.blender import character, ghost
 
+        self._run = self.begin(context)
         owner = self._run.owner
-        return ghost.Ghost(None if owner is None else character.body_of(owner))
+        self._ghost = ghost.Ghost(None if owner is None else character.body_of(owner))
+        return ""
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type == "ESC" or self._asked_to_stop:
@@ -99,14 +101,8 @@ class ThreadOperator:
     def _loaded(self, context: bpy.types.Context) -> set[str]:
         """Starts the work that waited for its programs to be loaded."""
         self._loading = False
-
-        def begin() -> str:
-            self._run = self.begin(context)
-            self._ghost = self._make_ghost()
-            return ""
-
         try:
-            came = outcome.run(self, begin, {"PASS_THROUGH"})
+            came = outcome.run(self, lambda: self._start(context), {"PASS_THROUGH"})
         except BaseException:
             self._clear(context)
             raise

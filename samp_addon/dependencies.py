@@ -6,6 +6,7 @@ Nothing is imported to find out, so asking is quick enough for a panel.
 from __future__ import annotations
 
 import importlib.util
+import sys
 import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -57,6 +58,8 @@ def load_torch() -> None:
     import os
     from pathlib import Path
 
+    if "torch" in sys.modules:
+        return
     found = importlib.util.find_spec("torch")
     folder = Path(found.origin).parent / "lib" if found and found.origin else Path()
     for name in ("libtorch_python.so", "libtorch_python.dylib"):

@@ -175,6 +175,7 @@ def in_slices(
     pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # beside Blender, which reads the next take meanwhile
     try:
         owner = plan.owner or _new_character(context, takes[0])
+        body = character.body_of(owner)
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
             action = actions.write_motion(
@@ -184,7 +185,7 @@ def in_slices(
             measuring.remember_goal(action, take.goal)
             measuring.remember_ground(action, take.laid_ground)
             shown = actions.read_motion(owner, action, scene=context.scene)
-            measured.append(pool.submit(reporting.measured, shown, take, obstacles, character.body_of(owner)))
+            measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:
                 yield "Measuring", count / len(takes)

@@ -5,7 +5,6 @@ Only the thread's own arrays are touched there; reading and writing the scene ha
 
 from __future__ import annotations
 
-import importlib
 import threading
 from collections.abc import Callable, Generator
 from contextlib import suppress
@@ -13,7 +12,6 @@ from typing import Any
 
 import bpy
 
-from .. import dependencies
 from ..errors import SampError
 from ..motion import Motion
 from ..progress import Progress
@@ -53,10 +51,10 @@ def loading() -> ThreadRun:
     def work(progress: Progress) -> None:
         progress("Loading", 0.0)
         with suppress(ImportError, OSError):
-            for name in ("jobs", "refining"):
-                importlib.import_module(f"{__package__}.{name}")
-            dependencies.load_torch()
-            importlib.import_module(f"{__package__}.jobs").chain.networks()
+            from ..synthesis import chain
+            from . import jobs, refining  # noqa: F401
+
+            chain.networks()
 
     return ThreadRun(work, lambda context, nothing: one_slice(lambda: None))
 

@@ -74,23 +74,20 @@ class Human:
         """(55 * 4, V): weight times (x, y, z, 1) for each joint, so that skinning is one matrix product. Read-only."""
         return _blend_matrix(self, None if subset is None else np.asarray(subset, np.int64).tobytes())
 
-    def _blend_matrix(self, subset: np.ndarray | None) -> np.ndarray:
-        chosen = np.arange(len(self.vertices)) if subset is None else np.asarray(subset)
-        points = np.concatenate([self.vertices[chosen], np.ones((len(chosen), 1))], axis=1)
-        table = np.zeros((len(skeleton.JOINTS), 4, len(chosen)))
-        for k in range(4):
-            np.add.at(
-                table.transpose(0, 2, 1),
-                (self.weight_joints[chosen, k], np.arange(len(chosen))),
-                self.weights[chosen, k, None] * points,
-            )
-        return _frozen(table.reshape(-1, len(chosen)))
 
-
-@functools.lru_cache(maxsize=16)
+@functools.lru_cache(maxsize=8)
 def _blend_matrix(human: Human, subset: bytes | None) -> np.ndarray:
-    """Takes in a row ask for the same."""
-    return human._blend_matrix(None if subset is None else np.frombuffer(subset, np.int64))
+    """Human.blend_matrix, kept: takes in a row ask for the same. subset: its indices as bytes, or None."""
+    chosen = np.arange(len(human.vertices)) if subset is None else np.frombuffer(subset, np.int64)
+    points = np.concatenate([human.vertices[chosen], np.ones((len(chosen), 1))], axis=1)
+    table = np.zeros((len(skeleton.JOINTS), 4, len(chosen)))
+    for k in range(4):
+        np.add.at(
+            table.transpose(0, 2, 1),
+            (human.weight_joints[chosen, k], np.arange(len(chosen))),
+            human.weights[chosen, k, None] * points,
+        )
+    return _frozen(table.reshape(-1, len(chosen)))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

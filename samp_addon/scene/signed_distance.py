@@ -69,9 +69,8 @@ class SignedDistance:
         if self._empty:
             return
         self._scene = Boxed.of(triangles)
-        low, high = (
-            corner + away for corner, away in zip(corners(triangles), (-2 * BAND, 2 * BAND), strict=True)
-        )
+        low, high = corners(triangles)
+        low, high = low - 2 * BAND, high + 2 * BAND
         self._low = np.floor(low / (CELL * BLOCK)) * (CELL * BLOCK)
         self._shape = np.ceil((high - self._low) / (CELL * BLOCK)).astype(int) + 1
         self._number = np.zeros(self._shape, np.int32)  # of a block's values; 0: not made

@@ -22,6 +22,7 @@ from ..progress import Progress, Stage
 from ..scene import navmesh as navigation
 from ..scene import path as paths
 from ..scene import solids
+from ..scene.geometry import corners
 from ..scene.seats import infer_front_yaw
 from .request import Request
 from .takes import Clock, Failure, Situation, Take, Tools
@@ -130,7 +131,7 @@ def _navmesh(situation: Situation, after: Mapping[int, Take]) -> navigation.NavM
         if place is not None:
             places.append(place[0])
     if situation.target is not None:
-        places += [situation.target.min((0, 1)), situation.target.max((0, 1))]
+        places += corners(situation.target)
     return navigation.build(situation.scene.triangles, cover=np.array(places).reshape(-1, 3))
 
 
@@ -240,8 +241,8 @@ class _Chain:
     def _surroundings(self) -> np.ndarray:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.situation.target, self.situation.scene.without(self.situation.parts)
-        low, high = target.min((0, 1)) - SURROUNDINGS, target.max((0, 1)) + SURROUNDINGS
-        return solids.near_box(others.triangles, low, high)
+        low, high = corners(target)
+        return solids.near_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """A place on the floor; its direction is zero where none is asked for."""
@@ -256,7 +257,7 @@ class _Chain:
 
     def _beside(self, triangles: np.ndarray) -> Goal:
         """A place to stand in front of an object, facing it."""
-        low, high = triangles.min((0, 1)), triangles.max((0, 1))
+        low, high = corners(triangles)
         middle = (low + high) / 2
         out = yaw_direction(self._front)
         reach = float(np.abs(out) @ (high - low)) / 2 + STAND_OFF

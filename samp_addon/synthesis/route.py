@@ -91,6 +91,14 @@ class Route:
         return np.interp(np.maximum.accumulate(along), self.lengths, self.points[:, 1])
 
 
+def together(rows: Sequence[np.ndarray]) -> np.ndarray:
+    """Arrays (N, ...) of different lengths N as one (B, longest N, ...), the last row of each repeated."""
+    count = max(len(values) for values in rows)
+    return np.stack(
+        [np.concatenate([values, np.repeat(values[-1:], count - len(values), 0)]) for values in rows]
+    )
+
+
 class Routes:
     """Several routes, asked together: as a batch is rolled out, thousands of questions are asked of each.
 
@@ -98,10 +106,8 @@ class Routes:
     """
 
     def __init__(self, routes: Sequence[Route]) -> None:
-        count = max(len(route.points) for route in routes)
-        padded = lambda values: np.concatenate([values, np.repeat(values[-1:], count - len(values), 0)])
-        self.points = np.stack([padded(route.points[:, [0, 2]]) for route in routes])  # (B, N, 2)
-        self.lengths = np.stack([padded(route.lengths) for route in routes])
+        self.points = together([route.points[:, [0, 2]] for route in routes])  # (B, N, 2)
+        self.lengths = together([route.lengths for route in routes])
         self.length = self.lengths[:, -1]
         self.end_yaw = np.array([route.end_yaw for route in routes])
         self._legs = np.diff(self.points, axis=1)

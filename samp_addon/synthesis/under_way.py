@@ -10,7 +10,7 @@ import numpy as np
 
 from ..motion import ACTIONS
 from .request import Request
-from .route import SPEED_UP, Route, Routes
+from .route import SPEED_UP, Route, Routes, together
 
 FPS = 30
 ARRIVED = 0.2  # metres from the goal
@@ -59,11 +59,10 @@ class UnderWay:
     """
 
     def __init__(self, requests: Sequence[Request], routes: Sequence[Route]) -> None:
-        count = max(len(route.goals) for route in routes)
-        padded = lambda values: np.concatenate([values, np.repeat(values[-1:], count - len(values), 0)])
-        together = lambda name: np.stack([padded(getattr(route, name)) for route in routes])
         self.routes = Routes(routes)
-        self.all_goals, self.radii, self.along = map(together, ("goals", "radii", "along"))
+        self.all_goals, self.radii, self.along = (
+            together([getattr(route, name) for route in routes]) for name in ("goals", "radii", "along")
+        )
         self.last = np.array([len(route.goals) - 1 for route in routes])
         self.action = np.array([ACTIONS.index(request.action) for request in requests])
         own = [np.random.default_rng(request.seed).uniform(*OWN_PACE) for request in requests]
