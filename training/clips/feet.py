@@ -38,6 +38,7 @@ RISE, SMALL = (
 )  # frames in which a foot gets there, and metres of clearance under which a lift fades
 TOES_FREE = 0.05  # metres of the ball over the floor from which toes are left alone
 MOST_BEND = np.radians(60.0)
+CARRIED = 6.0  # frames, standard deviation over which the pelvis follows the corrections of standing feet
 EVEN = 0.4  # frames, standard deviation over which corrections are smoothed
 BLEND = 7  # frames over which a correction fades outside contacts
 SETTLED, OVER = 0.12, 0.03  # m/s and metres of a point that is in contact after the lock
@@ -141,7 +142,11 @@ def locked(motion: Motion, contact: np.ndarray) -> Motion:
         low = np.minimum(points[:, k : k + 2, 1].min(1), tips) + offset[:, 1]
         offset[:, 1] += _lift(low, points[:, k + 1] + offset, stands)
         plans.append((foot, offset, stands))
-    root = motion.root - np.array([0.0, 1.0, 0.0]) * pelvis_drop(motion, positions, plans)[:, None]
+    up = np.array([0.0, 1.0, 0.0])
+    carried = motion.root + up * _carried(plans)[:, None]
+    positions = positions + (carried - motion.root)[:, None]
+    plans = [(foot, offset - (carried - motion.root), stands) for foot, offset, stands in plans]
+    root = carried - up * pelvis_drop(motion, positions, plans)[:, None]
     local = motion.rotations
     for foot, offset, _ in plans:
         target = positions[:, foot.ankle] + offset
@@ -149,6 +154,15 @@ def locked(motion: Motion, contact: np.ndarray) -> Motion:
     for foot, _, _ in plans:
         local = flat_toes(root, local, motion.rest_joints, foot)
     return replace(motion, root=root, rotations=rotation.continuous(rotation.normalise(local)))
+
+
+def _carried(plans: list[tuple[Foot, np.ndarray, np.ndarray]]) -> np.ndarray:
+    """How far the pelvis rises (T,) with the feet that it stands on, so that knees stay as they are: a centimetre is
+    eight degrees in a knee that is nearly straight."""
+    weight = np.sum([stands.astype(float) for _, _, stands in plans], axis=0)
+    total = np.sum([offset[:, 1] * stands for _, offset, stands in plans], axis=0)
+    blurred = lambda values: gaussian_filter1d(values, CARRIED, mode="nearest")
+    return blurred(total) / np.maximum(blurred(weight), 1e-3)
 
 
 def flat_toes(root: np.ndarray, local: np.ndarray, rest: np.ndarray, foot: Foot) -> np.ndarray:

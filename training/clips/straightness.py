@@ -51,8 +51,8 @@ def corrections(recordings: Sequence[Recording], mapping: Mapping) -> tuple[floa
     told = []
     if len(legs) >= FEWEST:
         told.append(reach(STRAIGHTEST, "left_leg") / np.percentile(legs, 90))
-    if len(idle) >= FEWEST_IDLE:
-        told.append(reach(IDLE, "left_leg") / np.median(idle))
+    if len(idle) >= FEWEST_IDLE:  # counted twice: standing is what a crouch is seen in
+        told += 2 * [reach(IDLE, "left_leg") / np.median(idle)]
     leg = float(np.clip(np.mean(told), *LEG_RANGE)) if told else 1.0
     arm = 1.0
     if len(arms) >= FEWEST:

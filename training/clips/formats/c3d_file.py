@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def read(path: Path) -> Markers:
             unit = unit.string_value.strip().lower() if unit is not None else "mm"
             fps = float(reader.point_rate)
             points = np.array([frame[1][:, :4] for frame in reader.read_frames(copy=True)])
-    except (ValueError, AssertionError, OSError, KeyError, IndexError) as error:
+    except (ValueError, AssertionError, OSError, LookupError, struct.error) as error:
         raise SampError(f"'{path.name}' is not a readable C3D file: {error}.") from error
     if not len(points):
         raise SampError(f"'{path.name}' holds no frames.")

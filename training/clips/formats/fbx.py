@@ -18,13 +18,13 @@ def read(path: Path) -> Recording:
     """
     import bpy
 
+    from ....samp_addon.blender import compat
+
     bpy.ops.wm.read_factory_settings(use_empty=True)
     try:
-        bpy.ops.import_scene.fbx(
-            filepath=str(path), ignore_leaf_bones=False, automatic_bone_orientation=False
-        )
+        compat.import_fbx(str(path))
     except (RuntimeError, AttributeError) as error:
-        raise SampError(f"Blender cannot read '{path.name}': {str(error).strip()}.") from error
+        raise SampError(f"Blender cannot read '{path.name}': {str(error).strip().splitlines()[0]}") from error
     rigs = [thing for thing in bpy.context.scene.objects if thing.type == "ARMATURE"]
     rigs = [rig for rig in rigs if _action(rig) is not None]
     if not rigs:
@@ -51,9 +51,10 @@ def _sampled(rig, name: str) -> Recording:
     pose = np.empty((count, len(bones), 4, 4))
     for k in range(count):
         scene.frame_set(start + k)
-        world[k] = rig.matrix_world
+        shown = rig.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        world[k] = shown.matrix_world
         for j, bone in enumerate(bones):
-            pose[k, j] = rig.pose.bones[bone.name].matrix
+            pose[k, j] = shown.pose.bones[bone.name].matrix
     # The axes of the first frame stand for the rest pose: the object itself may be moved by the file.
     rest = world[0] @ np.array([bone.matrix_local for bone in bones], dtype=np.float64)
     tips = np.array([world[0] @ [*bone.tail_local, 1.0] for bone in bones])[:, :3]

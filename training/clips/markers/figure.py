@@ -74,8 +74,9 @@ def sized(
         while j > 0:
             rows[:, :, 3 * j : 3 * j + 3] = axes[frames, skeleton.PARENTS[j]]
             j = skeleton.PARENTS[j]
-        normal += np.einsum("nia,nib->ab", rows, rows) / len(places)
-        right += np.einsum("nia,ni->a", rows, places[frames, m] - root[frames]) / len(places)
+        rows = rows.reshape(-1, size)
+        normal += rows.T @ rows / len(places)
+        right += rows.T @ (places[frames, m] - root[frames]).ravel() / len(places)
     keep = np.concatenate([np.full(lengths, keep_length), np.full(size - lengths, keep_place)])
     before = np.concatenate([figure.offsets.ravel(), figure.places.ravel()])
     found = np.linalg.solve(normal + np.diag(keep + 1e-6), right + keep * before)
