@@ -11,6 +11,7 @@ from ...samp_addon.refine.inverse_kinematics import LIMBS, solve_limb
 from ...samp_addon.rigs.fitting import hips
 from .mapping import Mapping, places, rotations
 from .recording import Recording
+from .straightness import limb_lengths, limb_reach
 
 FPS = 30.0
 EASED, LONGEST = (
@@ -37,13 +38,32 @@ def retargeted(recording: Recording, mapping: Mapping, leg: float = 1.0, arm: fl
     local = rotation.normalise(skeleton.local_rotations(globals_))
     local = shared_twist(local, rest)
     for side in ("left", "right"):
-        target = joints[:, bones[f"{side}_ankle"]]
+        target = _ankle(recording, mapping, joints, root, globals_[:, 0], side, leg)
         local = reached(root, local, rest, f"{side}_leg", target)
         if arm > 1.0:
             made, _ = skeleton.forward_kinematics(root, local, rest)
             start, end = (made[:, skeleton.INDEX[f"{side}_{part}"]] for part in ("shoulder", "wrist"))
             local = reached(root, local, rest, f"{side}_arm", start + (end - start) * arm)
     return Motion(root, rotation.continuous(local), FPS)
+
+
+def _ankle(
+    recording: Recording, mapping: Mapping, joints: np.ndarray, root: np.ndarray, pelvis: np.ndarray,
+    side: str, leg: float,
+) -> np.ndarray:  # fmt: skip
+    """Where an ankle goes (T, 3): towards its scaled place, as far from our hip as leaves the knee as it was.
+
+    Both differ by millimetres, since hips are not equally wide and legs not equally long, and a millimetre is a
+    degree in a knee that is nearly straight.
+    """
+    rest = skeleton.default_rest_joints()
+    hip = skeleton.INDEX[f"{side}_hip"]
+    start = root + rotation.rotate(pelvis, np.broadcast_to(rest[hip], root.shape))
+    way = joints[:, mapping.bones[f"{side}_ankle"]] - start
+    limb = LIMBS[f"{side}_leg"]
+    own = sum(limb_lengths(rest, [skeleton.INDEX[name] for name in limb]))
+    ratio = limb_reach(recording, mapping, f"{side}_leg") * leg
+    return start + way * (ratio * own / np.maximum(np.linalg.norm(way, axis=-1), 1e-9))[:, None]
 
 
 def reached(

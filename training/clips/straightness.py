@@ -1,7 +1,7 @@
 """How long a captured body's legs and arms really are, told by how far they reach when they are straight.
 
 A solved skeleton's limbs are as long as its joint centres are well placed, and a per cent too much is 15 degrees
-in a knee: cos is flat near straight limbs. People stand with 13 to 16 degrees and straighten to 7 to 10.
+in a knee: cos is flat near straight limbs. Captured people stand with 12 to 15 degrees and straighten to 7 to 10.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ...samp_addon.refine.inverse_kinematics import LIMBS
 from .mapping import Mapping, places
 from .recording import Recording
 
-STRAIGHTEST, IDLE = np.radians(8.0), np.radians(14.0)
+STRAIGHTEST, IDLE = np.radians(8.0), np.radians(12.0)
 """Knee flexion of the straightest tenth of standing and walking, and the median of standing."""
 
 ELBOW = np.radians(12.0)
@@ -31,7 +31,9 @@ FEWEST, FEWEST_IDLE = 120, 90  # frames (both sides counted) that tell a length
 
 def reach(flexion: float, limb: str) -> float:
     """From a limb's start to its end over its length, at a flexion (radians) of its middle joint, on our body."""
-    upper, lower = _lengths(skeleton.default_rest_joints(), [skeleton.INDEX[name] for name in LIMBS[limb]])
+    upper, lower = limb_lengths(
+        skeleton.default_rest_joints(), [skeleton.INDEX[name] for name in LIMBS[limb]]
+    )
     return float(np.sqrt(upper**2 + lower**2 + 2 * upper * lower * np.cos(flexion)) / (upper + lower))
 
 
@@ -42,10 +44,10 @@ def corrections(recordings: Sequence[Recording], mapping: Mapping) -> tuple[floa
         joints = places(one, mapping) / mapping.leg
         upright, still = _upright(joints, mapping, one.fps)
         for side in ("left", "right"):
-            leg = _reaches(one, mapping, f"{side}_leg")
+            leg = limb_reach(one, mapping, f"{side}_leg")
             legs.append(leg[upright])
             idle.append(leg[upright & still])
-            arm = _reaches(one, mapping, f"{side}_arm")
+            arm = limb_reach(one, mapping, f"{side}_arm")
             arms.append(arm[upright] if len(arm) else arm)
     legs, idle, arms = np.concatenate(legs), np.concatenate(idle), np.concatenate(arms)
     told = []
@@ -74,15 +76,16 @@ def _upright(joints: np.ndarray, mapping: Mapping, fps: float) -> tuple[np.ndarr
     return upright, (moving < STAND) & (steps < STAND)
 
 
-def _reaches(recording: Recording, mapping: Mapping, limb: str) -> np.ndarray:
+def limb_reach(recording: Recording, mapping: Mapping, limb: str) -> np.ndarray:
     """From start to end of a limb over its length in the rest pose (T,)."""
     k = [mapping.bones.get(name, -1) for name in LIMBS[limb]]
     if min(k) < 0:
         return np.zeros(0)
     way = recording.positions[:, k[2]] - recording.positions[:, k[0]]
-    return np.linalg.norm(way, axis=-1) / sum(_lengths(recording.rest, k))
+    return np.linalg.norm(way, axis=-1) / sum(limb_lengths(recording.rest, k))
 
 
-def _lengths(joints: np.ndarray, k: Sequence[int]) -> tuple[float, float]:
+def limb_lengths(joints: np.ndarray, k: Sequence[int]) -> tuple[float, float]:
+    """From a limb's start to its middle and from there to its end: joints (J, 3), k their three indices."""
     upper = np.linalg.norm(joints[k[1]] - joints[k[0]])
     return float(upper), float(np.linalg.norm(joints[k[2]] - joints[k[1]]))
