@@ -29,7 +29,7 @@ def checked(recording, motion, names, unit=1.0, axes=Y_UP, near=NEAR, angle=ANGL
     assert len(recording) == len(motion)
     assert recording.fps == pytest.approx(motion.fps, rel=1e-4)
     assert np.abs(recording.positions[:, at] @ axes / unit - positions).max() < near
-    assert angles(rotation.turned(recording.turns[:, at], axes.T), globals_).max() < angle
+    assert angles(rotation.turned(recording.unfolded()[:, at], axes.T), globals_).max() < angle
     assert np.abs((recording.rest[at] - recording.rest[at[0]]) @ axes / unit - clip_files.REST).max() < near
 
 

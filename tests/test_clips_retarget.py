@@ -23,9 +23,14 @@ BIPED = dict(zip(
     strict=True))  # fmt: skip
 
 
+def still() -> np.ndarray:
+    """No rotation, for each of the 22 joints."""
+    return np.tile([1.0, 0.0, 0.0, 0.0], (22, 1))
+
+
 def hanging(degrees: float) -> np.ndarray:
     """Global rotations (22, 4) of a rest pose whose arms hang this much under the T-pose."""
-    rest = np.tile([1.0, 0.0, 0.0, 0.0], (22, 1))
+    rest = still()
     for side, sign in (("left", -1), ("right", 1)):
         turn = rotation.from_axis_angle(np.array([0.0, 0.0, sign * np.radians(degrees)]))
         for part in ("shoulder", "elbow", "wrist"):
@@ -77,7 +82,9 @@ def same(back, motion, yaw=0.0, near=1e-3, angle=0.2):
 def test_where_the_rest_pose_means_nothing_a_standing_pose_takes_its_place(tmp_path):
     """The pose of a standing person is no T-pose of SMPL-X; bones still point where they did."""
     motion = clip_files.walk(60)
-    legs = [skeleton.INDEX[f"{side}_{part}"] for side in ("left", "right") for part in ("hip", "knee", "ankle")]
+    legs = [
+        skeleton.INDEX[f"{side}_{part}"] for side in ("left", "right") for part in ("hip", "knee", "ankle")
+    ]
     motion.rotations[45:] = motion.rotations[45]
     motion.rotations[45:, legs] = [1.0, 0.0, 0.0, 0.0]
     motion.root[45:] = motion.root[45] + [0.0, 0.06, 0.0]
@@ -117,7 +124,7 @@ def test_a_recording_at_another_rate_keeps_its_time():
     motion = clip_files.walk(120, fps=120.0)
     positions, globals_ = motion.forward_kinematics()
     one = Recording("a", 120.0, skeleton.BODY_JOINTS, skeleton.PARENTS[:22], clip_files.REST, clip_files.REST,
-                    positions, globals_)  # fmt: skip
+                    positions, globals_, still())  # fmt: skip
     slow = one.at_rate(30.0)
     assert len(slow) == 30 and np.allclose(slow.positions, positions[::4])
 
@@ -140,7 +147,7 @@ def test_legs_that_never_straighten_are_taken_for_too_long(flex, made):
     """Standing is made as straight as people stand; a crouch so deep that the hips are low is one, and stays."""
     positions, globals_ = standing(flex)
     one = Recording("a", 30.0, skeleton.BODY_JOINTS, skeleton.PARENTS[:22], clip_files.REST, clip_files.REST,
-                    positions, globals_)  # fmt: skip
+                    positions, globals_, still())  # fmt: skip
     recordings, found = mapped([one])
     leg, _ = straightness.corrections(recordings, found)
     knees = flexion(retargeted(recordings[0], found, leg).forward_kinematics()[0], "knee", "left")

@@ -15,6 +15,7 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,15 +66,19 @@ def recordings_of(
     for path in paths:
         (marked if path.suffix.lower() == ".c3d" else solved)[subject_of(path.stem, pattern)].append(path)
     for subject, files in solved.items():
-        groups: dict[tuple, list[Recording]] = defaultdict(list)
+        groups: list[list[Recording]] = []
         for path in files:
             try:
                 one = formats.read(path)
             except SampError as error:
                 problems.append(str(error))
                 continue
-            groups[one.skeleton].append(one)
-        for group in groups.values():
+            group = next((group for group in groups if group[0].shares_skeleton(one)), None)
+            if group is None:
+                groups.append([one])
+            else:
+                group.append(one)
+        for group in groups:
             yield subject, group
     for subject, files in marked.items():
         try:
@@ -95,9 +100,8 @@ def imported(
         text = (descriptions or {}).get(one.name, one.name)
         clip = finished(retargeted(one, mapping, leg, arm), one.at_rate(30.0).labels, text)
         if len(clip) >= FEWEST:
-            yield ImportedClip(
-                prefix + one.name, clip.motion, clip.labels, clip.contact, clip.glitch, subject, labels.words(text)
-            )  # fmt: skip
+            name = prefix + one.name.removesuffix(".max")
+            yield replace(clip, name=name, subject=subject, description=labels.words(text))
 
 
 def finished(motion: Motion, known: np.ndarray | None, text: str) -> ImportedClip:

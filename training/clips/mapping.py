@@ -68,18 +68,18 @@ def joints_of(recording: Recording) -> dict[str, int]:
 def mapped(recordings: Sequence[Recording]) -> tuple[list[Recording], Mapping]:
     """The recordings of one skeleton, and how it relates to ours.
 
-    Where the skeleton's rest pose is not that of somebody who stands, the recordings are returned with another one:
-    the first frame's if that will do (many files begin in a T-pose), else the straightest still one of all. Raises
-    SampError where there is none.
+    All are returned with one rest pose: the first that is of somebody who stands; else the first frame of a file, if
+    that will do (many begin in a T-pose); else the straightest still pose of all. Raises SampError without one.
     """
     first = recordings[0]
     bones = joints_of(first)
-    if not stands(first.rest, bones):
+    pose = next(((one.rest, one.rest_turns) for one in recordings if stands(one.rest, bones)), None)
+    if pose is None:
         pose = _standing_pose(recordings, bones)
-        if pose is None:
-            raise SampError(f"'{first.name}' has no rest pose, and nobody stands in it to find one.")
-        recordings = [one.rested_at(*pose) for one in recordings]
-    return list(recordings), _mapping(recordings[0], bones)
+    if pose is None:
+        raise SampError(f"'{first.name}' has no rest pose, and nobody stands in it to find one.")
+    recordings = [one.rested_at(*pose) for one in recordings]
+    return recordings, _mapping(recordings[0], bones)
 
 
 def stands(joints: np.ndarray, bones: dict[str, int]) -> bool:
@@ -194,6 +194,6 @@ def places(recording: Recording, mapping: Mapping) -> np.ndarray:
 
 def rotations(recording: Recording, mapping: Mapping) -> np.ndarray:
     """Global rotations (T, 22, 4) of our joints, network frame."""
-    turns = rotation.turned(recording.turns, mapping.axes.T)
+    turns = rotation.turned(recording.unfolded(), mapping.axes.T)
     spread = rotation.slerp(turns[:, mapping.below], turns[:, mapping.above], mapping.share)
     return rotation.multiply(spread, rotation.conjugate(mapping.aligned))

@@ -9,6 +9,8 @@ import numpy as np
 
 from ...samp_addon import rotation
 
+SAME = 0.004  # of the bones' lengths, summed: offsets that differ by less are equal
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -28,26 +30,42 @@ class Recording:
     tips: np.ndarray
     positions: np.ndarray
     turns: np.ndarray
+    rest_turns: np.ndarray
     labels: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.positions)
 
-    @property
-    def skeleton(self) -> tuple:
-        """What is equal for recordings on the same skeleton: names and rest pose, to a thousandth of its size."""
-        size = max(float(np.ptp(self.rest, axis=0).max()), 1e-9)
-        return self.names, (np.round((self.rest - self.rest[0]) / size, 3) + 0.0).tobytes()
+    def shares_skeleton(self, other: Recording) -> bool:
+        """Whether bones' frames mean the same in both, so that a rest pose of one is one of the other: equal names
+        and, in their own frames, equal bones. Rest poses may differ, as those of files without skin do."""
+        if self.names != other.names:
+            return False
+        (own, moves), (others, others_move) = self._offsets(), other._offsets()
+        fixed = ~(moves | others_move)
+        size = np.linalg.norm(own[fixed], axis=-1).sum()
+        return bool(np.abs(own - others)[fixed].max(initial=0.0) < SAME * size)
+
+    def _offsets(self) -> tuple[np.ndarray, np.ndarray]:
+        """From the joints' parents (J, 3) in the parents' own frames, and which joints (J,) do not stay there."""
+        above = np.maximum(self.parents, 0)
+        rest = rotation.rotate(rotation.conjugate(self.rest_turns[above]), self.rest - self.rest[above])
+        some = slice(None, None, max(len(self) // 20, 1))
+        way = self.positions[some] - self.positions[some][:, above]
+        seen = rotation.rotate(rotation.conjugate(self.turns[some][:, above]), way)
+        away = np.abs(seen - rest).max((0, 2))
+        return rest, (self.parents < 0) | (away > SAME * np.linalg.norm(rest, axis=-1).sum())
+
+    def unfolded(self) -> np.ndarray:
+        """Rotations (T, J, 4) of the bones from the rest pose, in the file's axes."""
+        return rotation.multiply(self.turns, rotation.conjugate(self.rest_turns))
 
     def rested_at(self, positions: np.ndarray, turns: np.ndarray) -> Recording:
         """The same motion with a pose, positions (J, 3) and turns (J, 4), in the place of the rest pose."""
-        bones = rotation.rotate(turns, self.tips - self.rest)
-        return replace(
-            self,
-            rest=positions,
-            tips=positions + bones,
-            turns=rotation.multiply(self.turns, rotation.conjugate(turns)),
+        bones = rotation.rotate(
+            rotation.multiply(turns, rotation.conjugate(self.rest_turns)), self.tips - self.rest
         )
+        return replace(self, rest=positions, tips=positions + bones, rest_turns=turns)
 
     def at_rate(self, fps: float) -> Recording:
         """The same motion at another frame rate; the time of the first frame stays."""
@@ -96,4 +114,5 @@ def of_local(
     if ends is None:
         below = [np.flatnonzero(parents == j) for j in range(len(parents))]
         ends = np.array([offsets[k].mean(0) if len(k) else np.zeros(3) for k in below])
-    return Recording(name, fps, tuple(names), parents, rest, rest + ends, positions, turns, labels)
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (len(parents), 1))
+    return Recording(name, fps, tuple(names), parents, rest, rest + ends, positions, turns, still, labels)

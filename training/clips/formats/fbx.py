@@ -30,7 +30,20 @@ def read(path: Path) -> Recording:
     if not rigs:
         raise SampError(f"'{path.name}' has no armature that moves.")
     rig = max(rigs, key=lambda one: len(one.data.bones))
+    _disconnect(rig)
     return _sampled(rig, path.stem)
+
+
+def _disconnect(rig) -> None:
+    """Frees bones from the tails of those above: the importer connects a bone to one that ends where it begins, and
+    a connected bone does not move, whatever its keys say."""
+    import bpy
+
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    for bone in rig.data.edit_bones:
+        bone.use_connect = False
+    bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def _action(rig):  # noqa: ANN202 - bpy is imported inside functions only
@@ -59,14 +72,14 @@ def _sampled(rig, name: str) -> Recording:
     rest = world[0] @ np.array([bone.matrix_local for bone in bones], dtype=np.float64)
     tips = np.array([world[0] @ [*bone.tail_local, 1.0] for bone in bones])[:, :3]
     placed = world[:, None] @ pose
-    turned = _rotations(placed) @ np.swapaxes(_rotations(rest), -1, -2)
-    turn = frames.BLENDER_FROM_NETWORK.T
+    turn = frames.NETWORK_FROM_BLENDER
     names = [bone.name for bone in bones]
     parents = [names.index(bone.parent.name) if bone.parent else -1 for bone in bones]
     return Recording(
         name, fps, tuple(names), np.array(parents),
         frames.to_network(rest[:, :3, 3]), frames.to_network(tips), frames.to_network(placed[..., :3, 3]),
-        rotation.matrix_to_quaternion(turn @ turned @ turn.T),
+        rotation.matrix_to_quaternion(turn @ _rotations(placed)),
+        rotation.matrix_to_quaternion(turn @ _rotations(rest)),
     )  # fmt: skip
 
 

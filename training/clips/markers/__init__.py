@@ -107,7 +107,8 @@ def _recording(name: str, poses: Poses, figure: Figure) -> Recording:
     root = gaussian_filter1d(poses.root, 0.8, axis=0, mode="nearest")
     joints, axes, _ = kinematics(root, rotation.to_axis_angle(turns), figure)
     rest = rest_of(figure.offsets)
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (COUNT, 1))
     return Recording(
         name, FPS, skeleton.BODY_JOINTS, skeleton.PARENTS[:COUNT], rest, rest, joints,
-        rotation.matrix_to_quaternion(axes),
+        rotation.matrix_to_quaternion(axes), still,
     )  # fmt: skip
