@@ -38,7 +38,7 @@ RISE, SMALL = (
 )  # frames in which a foot gets there, and metres of clearance under which a lift fades
 TOES_FREE = 0.05  # metres of the ball over the floor from which toes are left alone
 MOST_BEND = np.radians(60.0)
-CARRIED = 6.0  # frames, standard deviation over which the pelvis follows the corrections of standing feet
+CARRIED = 2.0  # frames, standard deviation over which the pelvis follows the corrections of standing feet
 EVEN = 0.4  # frames, standard deviation over which corrections are smoothed
 BLEND = 7  # frames over which a correction fades outside contacts
 SETTLED, OVER = 0.12, 0.03  # m/s and metres of a point that is in contact after the lock
