@@ -14,7 +14,7 @@ import torch
 from ...models import weights
 from ...samp_addon import rotation, skeleton
 from .. import mocap
-from .natural import styled
+from ..sets import sources
 from .posture import neutralised
 
 START_POSES = 12
@@ -22,10 +22,10 @@ _UPRIGHT = 0.97  # cosine
 _QUIET = 0.05  # m/s that the pelvis may move in a start pose
 
 
-def start_poses(folder: Path, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def start_poses(folders: list[Path], seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Pelvis heights (K,) and local quaternions (K, 22, 4) of quiet upright standing, from different clips."""
     heights, poses = [], []
-    clips = [clip for clip in neutralised(mocap.load_clips(folder)) if not styled(clip)]
+    clips = [clip for clip in neutralised(sources.load(folders)) if sources.walks(clip)]
     for k in np.random.default_rng(seed).permutation(len(clips)):
         clip = clips[k]
         speed = (
@@ -60,12 +60,12 @@ def _upright(clip: mocap.Clip) -> np.ndarray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--mocap", type=Path, required=True)
+    parser.add_argument("--mocap", type=Path, nargs="+", required=True)
     parser.add_argument("--folder", type=Path, default=weights.FOLDER)
     parser.add_argument("--last", action="store_true", help="the last weights, not their running average")
     options = parser.parse_args()
     body = torch.load(options.work / "checkpoint.pt", map_location="cpu", weights_only=True)
-    tensors = {k: v for k, v in body["net"].items() if k.startswith(("input_", "target_", "object_"))}
+    tensors = {k: v for k, v in body["net"].items() if k.startswith(("input_", "target_", "object_")) or k == "held"}
     learnt = body["net" if options.last else "average"]
     tensors |= {k: v for k, v in learnt.items() if k.startswith("decoder.")}
     heights, poses = start_poses(options.mocap)
