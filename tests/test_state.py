@@ -6,7 +6,7 @@ import torch
 from samp_blender.models import state
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.skeleton import default_rest_joints
-from samp_blender.training.motion.dataset import encode_sequence
+from samp_blender.training.learning.features import Encoder
 
 FRAMES, SPEED, YAW = 120, 1.5, np.pi / 2
 
@@ -24,7 +24,13 @@ def walk():
     actions[:, 1] = 1
     contacts = np.tile([0, 0, 0, 1, 0], (FRAMES, 1))
     goal = np.tile([7.0, 0.5, 3.0, 0.0, 0.0, 1.0], (FRAMES, 1))
-    return encode_sequence(root, quats, actions, contacts, goal, np.full(FRAMES, 3))
+    tensors = [
+        torch.as_tensor(values, dtype=torch.float32) for values in (root, quats, actions, contacts, goal)
+    ]
+    encoder = Encoder(
+        *tensors, torch.full((FRAMES,), 3), torch.zeros(FRAMES).long(), torch.full((FRAMES,), FRAMES - 1)
+    )
+    return *encoder.encode(torch.float32), encoder.roots
 
 
 def test_slices_cover_the_state_once():

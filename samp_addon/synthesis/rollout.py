@@ -18,13 +18,14 @@ from .. import skeleton
 from .start import Start
 
 FUTURE = state.SAMPLES - state.NOW - 1
+STYLE = 0.1  # standard deviation of z in training; what is drawn once for a take has 1 there
 # How fast the prediction in the goal's frame gains over the one in the root's frame near the goal.
 GOAL_PULL = 100.0
 
 
 _OF_EACH = (
-    "style", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots", "past_actions",
-    "past_goals", "roots", "future_roots", "future_actions",
+    "style", "kept", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots",
+    "past_actions", "past_goals", "roots", "future_roots", "future_actions",
 )  # fmt: skip
 
 
@@ -69,6 +70,7 @@ class Rollout:
         self.net, self.style = net, style
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
+        self.kept = self._noise(int(net.held)) * style / STYLE
         rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
         stacked = lambda name: torch.stack([getattr(start, name) for start in starts])
@@ -129,10 +131,15 @@ class Rollout:
     def step(self, guide: Guide | None = None) -> Frame:
         """The next frame of every take."""
         x = self._input()
-        z = torch.stack([torch.randn(LATENT, generator=g) for g in self.generators]) * self.style
+        held = self.kept.shape[1]
+        z = torch.cat([self.kept, self._noise(LATENT - held) * self.style], 1)
         y = self.net.step(x, self._object(), z)
         self._advance(y, guide)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
+
+    def _noise(self, count: int) -> torch.Tensor:
+        """Numbers (B, count) from each take's own generator."""
+        return torch.stack([torch.randn(count, generator=g) for g in self.generators])
 
     def _advance(self, y: torch.Tensor, guide: Guide | None) -> None:
         before = self.roots

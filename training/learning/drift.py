@@ -11,7 +11,7 @@ import torch
 
 from ...models import state
 
-RETURN = 0.6  # metres of way after which a third of a drift is left
+RETURN = 0.8  # metres of way after which a third of a drift is left
 TURN_LENGTH = 0.15  # metres of way that a turn by one radian counts as
 AHEAD = slice(state.NOW + 1, None)
 

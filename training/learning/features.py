@@ -93,13 +93,13 @@ class Encoder:
             smooth += float(weight) * path[self._within(now + int(offset), now)]
         return smooth.float()
 
-    def encode(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """States (N, 647) and targets (N, 647) in half precision: the frame after, told in this one's root frame; the
-        last of a sequence repeats."""
+    def encode(self, dtype: torch.dtype = torch.float16) -> tuple[torch.Tensor, torch.Tensor]:
+        """States (N, 647) and targets (N, 647): the frame after, told in this one's root frame; the last of a sequence
+        repeats."""
         states, targets = [], []
         for frames in self._chunks():
-            states.append(self._told(frames, frames).half())
-            targets.append(self._told(self._within(frames + 1, frames), frames).half())
+            states.append(self._told(frames, frames).to(dtype))
+            targets.append(self._told(self._within(frames + 1, frames), frames).to(dtype))
         return torch.cat(states), torch.cat(targets)
 
     def _told(self, frames: torch.Tensor, reference: torch.Tensor) -> torch.Tensor:

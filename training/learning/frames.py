@@ -87,7 +87,9 @@ def load(path: Path, device: str, window: int) -> Frames:
 def load_with_starts(path: Path, device: str, window: int) -> tuple[Frames, dict[str, torch.Tensor]]:
     """The set, and the poses that takes start in, where the file holds them: start_heights and start_rotations."""
     raw = compact.read(path) if path.suffix == ".bin" else dict(np.load(path))
-    starts = {name: torch.as_tensor(raw.pop(name)) for name in ("start_heights", "start_rotations") if name in raw}
+    starts = {
+        name: torch.as_tensor(raw.pop(name)) for name in ("start_heights", "start_rotations") if name in raw
+    }
     return build(raw, device, window), starts
 
 

@@ -38,7 +38,7 @@ def write_contents(folder: Path, contents: dict, scratch: Path) -> None:
 
 
 def join(folder: Path, output: Path) -> list[Path]:
-    """Weights of every run in a folder of pieces, as models/weights.py loads them: OUTPUT/RUN/motion_net.safetensors."""
+    """Weights of every run in a folder of pieces, as models/weights.py loads them, in OUTPUT/RUN."""
     contents = json.loads((folder / CONTENTS).read_text())
     made = []
     for run in contents["runs"]:

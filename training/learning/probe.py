@@ -55,12 +55,15 @@ def together(runs: list[Run], seconds: float) -> None:
     before = [run.trainer.step_number for run in runs]
     began = time.time()
     while time.time() - began < seconds:
-        if not any([run.go_on(0.0) for run in runs]):
+        queued = [run.go_on(0.0) for run in runs]
+        if not any(queued):
             time.sleep(0.0005)
     torch.cuda.synchronize()
     passed = time.time() - began
     for run, first in zip(runs, before, strict=True):
-        print(f"side by side {run.name}: {(run.trainer.step_number - first) / passed:.0f} steps/s", flush=True)
+        print(
+            f"side by side {run.name}: {(run.trainer.step_number - first) / passed:.0f} steps/s", flush=True
+        )
         print("   ", run.report(), flush=True)
 
 

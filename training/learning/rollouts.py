@@ -22,7 +22,7 @@ FORGIVEN = (
 )
 STAY = 0.9  # by which the frame after has to be farther off than its neighbours to be left for one of them
 EAGER = (0.4, 1.6)
-BEGIN_ASIDE = 0.12  # metres and radians, standard deviation of the drift that a rollout begins with
+BEGIN_ASIDE = 0.1  # metres and radians, standard deviation of the drift that a rollout begins with
 FULL_WAY = 1.5  # metres to the goal from which it has all of that
 LOST = 0.6  # metres of drift at which a rollout begins anew
 HELD_WITHIN = (

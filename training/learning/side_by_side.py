@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import torch
@@ -65,14 +67,16 @@ class Run:
         """Mean losses since the last report; goes back to the last sound weights where they are not finite."""
         with torch.cuda.stream(self.stream):
             losses = self.trainer.losses()
-            finite = all(value == value and abs(value) < 1e6 for value in losses.values())
+            finite = all(math.isfinite(value) and abs(value) < 1e6 for value in losses.values())
             finite = finite and all(bool(v.isfinite().all()) for v in self.trainer.average.values())
             if finite:
                 self.sound = {k: v.clone() for k, v in self.trainer.average.items()}
             elif self.sound:
                 self.trainer.recover(self.sound)
         text = " ".join(f"{name} {value:.3f}" for name, value in losses.items())
-        return f"{self.name} step {self.trainer.step_number} {text}{'' if finite else ' NOT FINITE: went back'}"
+        return (
+            f"{self.name} step {self.trainer.step_number} {text}{'' if finite else ' NOT FINITE: went back'}"
+        )
 
 
 def options_of(text: str) -> tuple[str, dict]:
@@ -109,12 +113,13 @@ def save(runs: list[Run], starts: dict[str, torch.Tensor], output: Path, scratch
     pieces.write_contents(output, {"runs": told}, scratch)
 
 
-def train(runs: list[Run], log: Log, end: float, checkpoint: float, write: callable) -> None:
+def train(runs: list[Run], log: Log, end: float, checkpoint: float, write: Callable[[], None]) -> None:
     """Trains all runs until ``end`` (time.time()), a report every few seconds, a checkpoint every ``checkpoint``."""
     began = told = saved = time.time()
     while (now := time.time()) < end:
         done = min((now - began) / (end - began), 1.0)
-        if not any([run.go_on(done) for run in runs]):
+        queued = [run.go_on(done) for run in runs]
+        if not any(queued):
             time.sleep(0.0005)
         if now - told > 5:
             told = now
@@ -129,14 +134,20 @@ def train(runs: list[Run], log: Log, end: float, checkpoint: float, write: calla
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument("--seconds", type=float, required=True, help="from the start of the program to its end")
+    parser.add_argument(
+        "--seconds", type=float, required=True, help="from the start of the program to its end"
+    )
     parser.add_argument("--run", action="append", required=True, metavar="NAME:KEY=VALUE,...")
     parser.add_argument("--checkpoint", type=float, default=60.0, help="seconds between checkpoints")
     parser.add_argument("--no-graph", action="store_true", help="steps are not captured as a graph")
-    parser.add_argument("--fuse", action="store_true", help="small operations are compiled into fewer kernels")
+    parser.add_argument(
+        "--fuse", action="store_true", help="small operations are compiled into fewer kernels"
+    )
     parser.add_argument("--cpu", action="store_true")
     options = parser.parse_args()
     began = time.time()

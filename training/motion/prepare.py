@@ -33,7 +33,9 @@ PROCEDURAL = {"chair": 40, "armchair": 30, "stool": 20, "bar_stool": 20, "bench"
               "office_chair": 20, "pouf": 12, "table": 12, "bed": 12}  # fmt: skip
 COPIES = 3
 PLACES = 16  # goals of a piece
-SHORT = 600  # frames of clips that runs are joined of; longer ones hold runs of a minute, learnt from as they are
+SHORT = (
+    600  # frames of clips that runs are joined of; longer ones hold runs of a minute, learnt from as they are
+)
 LONG_SITS = 3  # chains made of every sitting down of Rocketbox, beside the short original
 CHAINED_SITS = 4  # sequences tried for each of these: all begin and end in the same few rest poses
 
