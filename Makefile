@@ -56,7 +56,7 @@ bench: venv
 
 # The papers' measures, on furniture that no training has seen.
 evaluate: venv
-	$(PY) -m $(MODULE).training.goals.evaluate
+	$(PY) -m $(MODULE).training.samp.goal_net.evaluate
 	$(PY) -m $(MODULE).training.evaluate
 
 # The zips that an artist installs: with wheels for each platform, without torch, and without any wheels.
@@ -78,4 +78,4 @@ matrix: $(BLENDERS:%=matrix-%)
 	touch $@
 
 matrix-%: .venv-%/ready
-	PYTHONPATH=tests .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)
+	PYTHONPATH=tests/support .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)

@@ -4,18 +4,18 @@
 def register() -> None:
     """Called by Blender when the extension is enabled. Imports no torch."""
     from . import operators
-    from .samp_addon.blender import command, preferences
+    from .samp_addon.ui import preferences, shell_command
 
     operators.register()
     preferences.register()
-    command.register()
+    shell_command.register()
 
 
 def unregister() -> None:
     """Called by Blender when the extension is disabled."""
     from . import operators
-    from .samp_addon.blender import command, preferences
+    from .samp_addon.ui import preferences, shell_command
 
-    command.unregister()
+    shell_command.unregister()
     preferences.unregister()
     operators.unregister()

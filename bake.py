@@ -34,7 +34,7 @@ def main() -> int:
     """The exit status."""
     load_package()
     try:
-        batch = importlib.import_module(f"{PACKAGE}.samp_addon.blender.batch")
+        batch = importlib.import_module(f"{PACKAGE}.samp_addon.batch.main")
     except ImportError as error:
         name = error.name or str(error)
         print(

@@ -14,10 +14,12 @@ import bpy
 import numpy as np
 
 from ..samp_addon import rotation
-from ..samp_addon.blender import actions, character, jobs
+from ..samp_addon.blender.actions import keyframes
+from ..samp_addon.blender.character import character
+from ..samp_addon.blender.takes import baking
 from ..samp_addon.errors import SampError
-from ..samp_addon.job import Job
 from ..samp_addon.motion import Motion
+from ..samp_addon.pipeline.job import Job
 
 FRAMES = 600
 CLICKS = 4
@@ -32,7 +34,7 @@ def bake_seconds(runs: int = 5) -> float:
     rng = np.random.default_rng(0)
     rotations = rotation.from_axis_angle(rng.normal(scale=0.3, size=(FRAMES, 55, 3)))
     take = Motion(np.tile([0.0, 0.95, 0.0], (FRAMES, 1)), rotations)
-    return float(np.median([_timed(lambda: actions.write_motion(owner, take)) for _ in range(runs)]))
+    return float(np.median([_timed(lambda: keyframes.write_motion(owner, take)) for _ in range(runs)]))
 
 
 def click_seconds() -> tuple[list[tuple[float, dict]], float, list[dict]]:
@@ -47,10 +49,10 @@ def click_seconds() -> tuple[list[tuple[float, dict]], float, list[dict]]:
     made = []
     for seed in range(CLICKS):
         results = []
-        took = _timed(lambda s=seed, r=results: r.append(jobs.run(bpy.context, replace(SIT, seed=s))))
+        took = _timed(lambda s=seed, r=results: r.append(baking.run(bpy.context, replace(SIT, seed=s))))
         made.append((took, results[0].variants[0]))
     many = []
-    took = _timed(lambda: many.append(jobs.run(bpy.context, replace(SIT, variants=MANY))))
+    took = _timed(lambda: many.append(baking.run(bpy.context, replace(SIT, variants=MANY))))
     return made, took, many[0].variants
 
 

@@ -28,7 +28,17 @@ BATCH = {
     "walk": ["--action", "walk", "--to", "2.2", "-1.6", "0", "0", "--start", "-2.7", "-0.2", "0", "120"],
     "walk_free_start": ["--action", "walk", "--target", "Sofa", "--seed", "9", "--speed", "1.3"],
     "run": ["--action", "run", "--to", "2.2", "-1.6", "0", "--start", "-2.7", "-0.2", "0", "120"],
-    "several_actions": ["--action", "walk,sit,lie", "--target", ",Armchair,Sofa", "--to", "1", "-2", "0", *START],
+    "several_actions": [
+        "--action",
+        "walk,sit,lie",
+        "--target",
+        ",Armchair,Sofa",
+        "--to",
+        "1",
+        "-2",
+        "0",
+        *START,
+    ],
     "refined": ["--action", "sit", "--target", "Sofa", *START, "--seed", "3", "--hold", "1", "--refine"],
 }
 JOBS = [
@@ -77,7 +87,7 @@ def operator_takes(room: Path) -> dict[str, str]:
     """Takes of the operators: Sit Here, Refine, and the take carried to a Mixamo rig."""
     import samp_blender
 
-    sys.path.insert(0, str(ROOT / "tests"))
+    sys.path.insert(0, str(ROOT / "tests" / "support"))
     import humanoids
 
     bpy.ops.wm.open_mainfile(filepath=str(room))
@@ -102,12 +112,15 @@ def operator_takes(room: Path) -> dict[str, str]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, help="JSON to write the hashes to")
-    parser.add_argument("--compare", type=Path, help="JSON of an earlier run; the status is 1 where one differs")
+    parser.add_argument(
+        "--compare", type=Path, help="JSON of an earlier run; the status is 1 where one differs"
+    )
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         room = folder / "room.blend"
-        subprocess.run([sys.executable, str(ROOT / "demo" / "build_room.py"), str(room)], check=True)
+        build = f"import bpy, runpy; runpy.run_path({str(ROOT / 'demo' / 'build_room.py')!r}, run_name='__main__')"
+        subprocess.run([sys.executable, "-c", build, str(room)], check=True)
         found = batch_takes(room, folder) | operator_takes(room)
     if options.output:
         options.output.write_text(json.dumps(found, indent=1) + "\n")

@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 
 from ..samp_addon import frames
-from ..tests import rooms
+from ..tests.support import rooms
 
 ROOT = Path(__file__).resolve().parent.parent
 DISTANCE_CM, ANGLE_DEG = 20.0, 20.0

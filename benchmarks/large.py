@@ -12,10 +12,12 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from ..samp_addon.blender import asking, read_scene
-from ..samp_addon.scene import navmesh, seats
+from ..samp_addon.blender.scene import read_scene
+from ..samp_addon.scene.navmesh import navmesh
+from ..samp_addon.scene.seats import seats
 from ..samp_addon.scene.voxels import InteractionGrid
-from ..tests import rooms
+from ..samp_addon.ui import job_from_settings
+from ..tests.support import rooms
 
 OBJECTS = 5000
 ROWS = 1000  # of a grid of 2 * ROWS^2 triangles
@@ -90,7 +92,7 @@ def main() -> None:
         voxels = _best(
             lambda piece=target.triangles: InteractionGrid.build(piece, seats.infer_front_yaw(piece))
         )
-        ask = _best(lambda: [asking.why_not(bpy.context) for _ in range(100)]) / 100
+        ask = _best(lambda: [job_from_settings.why_not(bpy.context) for _ in range(100)]) / 100
         print(
             f"{name}: read {read:.2f} s, navmesh {walk:.2f} s, voxels {voxels:.2f} s, together "
             f"{read + walk + voxels:.2f} s; asking whether the button works {1e3 * ask:.3f} ms",

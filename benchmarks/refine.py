@@ -15,15 +15,15 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from ..samp_addon.body import human
-from ..samp_addon.job import Job
+from ..samp_addon.methods.take import Situation
 from ..samp_addon.motion import Motion
-from ..samp_addon.refine import optimiser, refining
+from ..samp_addon.pipeline.chain import synthesise
+from ..samp_addon.pipeline.job import Job
+from ..samp_addon.refine import optimiser, refinement
 from ..samp_addon.refine.field import Field
 from ..samp_addon.refine.standing import plan_feet
 from ..samp_addon.scene.geometry import SceneGeometry
-from ..samp_addon.synthesis.chain import synthesise
-from ..samp_addon.synthesis.takes import Situation
-from ..tests import rooms
+from ..tests.support import rooms
 
 LENGTHS = (10, 20, 40, 60)  # seconds
 VERTICES = (512, 1024, 2048)
@@ -58,22 +58,22 @@ def run(kind: str, seconds: float, vertices: int) -> None:
     motion, room = take()
     motion, body = long(motion, seconds), human.load()
     body = replace(body, collision=body.collision[:: len(body.collision) // vertices])
-    scene = refining.Surroundings(room.triangles, np.zeros(len(room.triangles)), 0.0)
+    scene = refinement.Surroundings(room.triangles, np.zeros(len(room.triangles)), 0.0)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     begun = time.perf_counter()
     if kind == "plain":
         _plain(motion, scene, replace(body, collision=np.arange(len(body.vertices))))
     else:
-        refining.refine(motion, scene, body=body, measured=False)
+        refinement.refine(motion, scene, body=body, measured=False)
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     print(f"{time.perf_counter() - begun:.2f} {used / 1024:.0f}")
 
 
-def _plain(motion: Motion, scene: refining.Surroundings, body: human.Human) -> None:
+def _plain(motion: Motion, scene: refinement.Surroundings, body: human.Human) -> None:
     """Both stages with every vertex, every frame, a look in every step."""
     free = human.skin(body, motion, body.collision[::50]).reshape(-1, 3)[::50].astype(np.float64)
     field = Field(scene.triangles, scene.give, scene.floor, free)
-    weights = {k: v for k, v in asdict(refining.Settings()).items() if k in optimiser.SCALES}
+    weights = {k: v for k, v in asdict(refinement.Settings()).items() if k in optimiser.SCALES}
     every = optimiser.Looks(every=1, a_second=1e9, near=np.inf)
     for stage in (0, 1):
         optimiser.Optimiser(

@@ -15,9 +15,9 @@ import torch
 from ..models.motion_net import LATENT, MotionNet
 from ..models.state import SIZE
 from ..samp_addon.errors import SampError
+from ..samp_addon.methods.samp.request import Request
+from ..samp_addon.methods.samp.rollout import generator
 from ..samp_addon.motion import Goal
-from ..samp_addon.synthesis import samp
-from ..samp_addon.synthesis.request import Request
 
 TAKES = (1, 32)
 ROUNDS = 7
@@ -26,7 +26,7 @@ ROUNDS = 7
 def network() -> MotionNet:
     """The shipped network, or one with random numbers of the same sizes where the weights are missing."""
     try:
-        return samp.load_network()[0]
+        return generator.load_network()[0]
     except SampError:
         return MotionNet().eval()
 
@@ -59,7 +59,7 @@ def whole_frames(takes: int) -> float:
         nonlocal frames
         frames += 5  # progress is called every fifth frame
 
-    took = milliseconds(lambda: samp.generate(requests, count))
+    took = milliseconds(lambda: generator.generate(requests, count))
     return took / max(frames, 1)
 
 

@@ -12,9 +12,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..samp_addon.scene import navmesh, path
+from ..samp_addon.scene.navmesh import navmesh, path
 from ..samp_addon.scene.voxels import InteractionGrid
-from ..tests import layouts
+from ..tests.support import layouts
 
 RUNS = 9
 

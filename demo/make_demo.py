@@ -14,10 +14,12 @@ from pathlib import Path
 import bpy
 import build_room
 import numpy as np
-from samp_blender.samp_addon.blender import actions, contact_sheet, jobs, movie, render, reporting
+from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.render import contact_sheet, movie, workbench
+from samp_blender.samp_addon.blender.takes import baking, reporting
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.job import Job
-from samp_blender.samp_addon.synthesis.takes import Tools
+from samp_blender.samp_addon.methods.take import Tools
+from samp_blender.samp_addon.pipeline.job import Job
 
 HERE = Path(__file__).resolve().parent
 SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), seed=1, variants=3, hold=2.5)
@@ -27,17 +29,17 @@ FILM_SIZE, FILM_STEP = (640, 360), 2
 TILES = 12  # frames from each side
 
 
-def bake(tools: Tools | None) -> jobs.Result:
+def bake(tools: Tools | None) -> baking.Result:
     """Furnishes an empty file and bakes all takes onto one character, the first one active."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     build_room.build(scene)
-    sits = jobs.run(bpy.context, SIT, tools=tools)
-    walks = jobs.run(bpy.context, WALK, tools=tools)
-    actions.activate_action(sits.owner, sits.actions[0])
+    sits = baking.run(bpy.context, SIT, tools=tools)
+    walks = baking.run(bpy.context, WALK, tools=tools)
+    keyframes.activate_action(sits.owner, sits.actions[0])
     variants, made = sits.variants + walks.variants, sits.actions + walks.actions
     scene.frame_end = max(variant["frame_end"] for variant in variants)
-    return jobs.Result(sits.owner, made, variants, sits.failures + walks.failures)
+    return baking.Result(sits.owner, made, variants, sits.failures + walks.failures)
 
 
 def file_name(variant: dict) -> str:
@@ -48,8 +50,8 @@ def file_name(variant: dict) -> str:
 def sheet(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
     """The contact sheet of a take: the whole way, then close from two sides."""
     scene = bpy.context.scene
-    actions.activate_action(owner, action)
-    take = actions.read_motion(owner, action, scene=scene)
+    keyframes.activate_action(owner, action)
+    take = keyframes.read_motion(owner, action, scene=scene)
     first = int(action.frame_range[0])
     contact_sheet.contact_sheet(
         scene,
@@ -65,18 +67,18 @@ def sheet(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None
 def film(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
     """A take as the room's camera sees it."""
     scene = bpy.context.scene
-    actions.activate_action(owner, action)
-    render.prepare(scene, *FILM_SIZE)
+    keyframes.activate_action(owner, action)
+    workbench.prepare(scene, *FILM_SIZE)
     scene.render.use_stamp = False
     first, last = (int(frame) for frame in action.frame_range)
 
     def pictures() -> Iterator[np.ndarray]:
         for frame in range(first, last + 1, FILM_STEP):
             scene.frame_set(frame)
-            yield render.picture(scene)
+            yield workbench.picture(scene)
 
     with contact_sheet.shadows_of_bodies(scene):
-        movie.write_movie(path, pictures(), actions.frames_per_second(scene) / FILM_STEP)
+        movie.write_movie(path, pictures(), keyframes.frames_per_second(scene) / FILM_STEP)
 
 
 def main(folder: Path = HERE, tools: Tools | None = None) -> int:

@@ -51,10 +51,10 @@ def register() -> None:
     import bpy
 
     from ..samp_addon import ui
-    from ..samp_addon.blender import rig_table
+    from ..samp_addon.blender.rigs import bone_table
     from . import thread_operator
 
-    rig_table.register()
+    bone_table.register()
     for name in OPERATORS:
         bpy.utils.register_class(operator_class(name))
     ui.register(thread_operator.running)
@@ -65,9 +65,9 @@ def unregister() -> None:
     import bpy
 
     from ..samp_addon import ui
-    from ..samp_addon.blender import rig_table
+    from ..samp_addon.blender.rigs import bone_table
 
     ui.unregister()
     for name in reversed(OPERATORS):
         bpy.utils.unregister_class(operator_class(name))
-    rig_table.unregister()
+    bone_table.unregister()

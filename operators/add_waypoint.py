@@ -22,6 +22,6 @@ class SAMP_OT_add_waypoint(bpy.types.Operator):
         return outcome.run(self, lambda: self._add(context))
 
     def _add(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import waypoints
+        from ..samp_addon.blender.overlays import waypoints
 
         return f"Added '{waypoints.add(context, context.scene.cursor.location).name}'."

@@ -25,9 +25,9 @@ class SAMP_OT_bake(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import take_files
 
-        return takes.can_bake(context, cls.poll_message_set)
+        return take_files.can_bake(context, cls.poll_message_set)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.window_manager.fileselect_add(self)
@@ -37,9 +37,11 @@ class SAMP_OT_bake(bpy.types.Operator):
         return outcome.run(self, lambda: self._bake(context))
 
     def _bake(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import take_files
 
         path = bpy.path.abspath(self.filepath)
-        armature, action = takes.bake_file(context, path, self.character, self.action_name, self.frame_start)
+        armature, action = take_files.bake_file(
+            context, path, self.character, self.action_name, self.frame_start
+        )
         first, last = (int(frame) for frame in action.frame_range)
         return f"Baked '{action.name}' onto '{armature.name}', frames {first} to {last}."

@@ -9,7 +9,7 @@ import bpy
 from .settings_operator import SettingsOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SAMP_OT_bake_chain(SettingsOperator, bpy.types.Operator):
@@ -23,6 +23,6 @@ class SAMP_OT_bake_chain(SettingsOperator, bpy.types.Operator):
         return "" if context.scene.samp.steps else "Add a step first"
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.blender import asking
+        from ..samp_addon.ui import job_from_settings
 
-        return asking.chain(context)
+        return job_from_settings.chain(context)

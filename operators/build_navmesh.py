@@ -46,8 +46,8 @@ class SAMP_OT_build_navmesh(bpy.types.Operator):
         return outcome.run(self, lambda: self._build(context))
 
     def _build(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import steps
-        from ..samp_addon.scene.navmesh import Agent
+        from ..samp_addon.blender.overlays import steps
+        from ..samp_addon.scene.navmesh.navmesh import Agent
 
         agent = Agent(self.radius, self.height, self.step, self.slope)
         shown, mesh = steps.build_navmesh(context, agent, self.cell)

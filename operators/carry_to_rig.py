@@ -38,10 +38,10 @@ class SAMP_OT_carry_to_rig(bpy.types.Operator):
         return outcome.run(self, lambda: self._carry(context))
 
     def _carry(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import rig_carrying
+        from ..samp_addon.blender.rigs import carry_to_rig
 
-        return rig_carrying.sentence(
-            rig_carrying.carry_to_rig(
+        return carry_to_rig.sentence(
+            carry_to_rig.carry_to_rig(
                 context,
                 self.target,
                 self.character,

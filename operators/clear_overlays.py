@@ -33,8 +33,8 @@ class SAMP_OT_clear_overlays(bpy.types.Operator):
         return outcome.run(self, lambda: self._clear(context))
 
     def _clear(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import goals, overlays, waypoints
+        from ..samp_addon.blender.overlays import drawing, goal_arrows, waypoints
 
-        clears = {"GOALS": goals.clear, "WAYPOINTS": waypoints.clear, "PICTURES": overlays.clear}
+        clears = {"GOALS": goal_arrows.clear, "WAYPOINTS": waypoints.clear, "PICTURES": drawing.clear}
         count = sum(clear(context) for name, clear in clears.items() if self.what in ("ALL", name))
         return f"Cleared {count} object{'' if count == 1 else 's'}."

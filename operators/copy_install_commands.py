@@ -18,7 +18,7 @@ class SAMP_OT_copy_install_commands(bpy.types.Operator):
         return outcome.run(self, lambda: self._copy(context))
 
     def _copy(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import preferences
+        from ..samp_addon.ui import preferences
 
         context.window_manager.clipboard = preferences.install_commands()
         return "Copied; paste them into a terminal, then start Blender again."

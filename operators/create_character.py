@@ -51,7 +51,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
         return outcome.run(self, lambda: self._create(context))
 
     def _create(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import character
+        from ..samp_addon.blender.character import character
 
         shapes = {name: getattr(self, name) for name in SHAPES}
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)

@@ -22,7 +22,7 @@ class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
         return None if self.unstarred else super().take(context)
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action | None) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
         told = self._deleted(take)
         chosen = context.scene.samp.character
@@ -31,7 +31,7 @@ class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
         return told
 
     def _deleted(self, take: bpy.types.Action | None) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
         if take is not None:
             name = take.name

@@ -49,7 +49,7 @@ class SAMP_OT_edit_chain(bpy.types.Operator):
 
     def _clicked(self, context: bpy.types.Context) -> bpy.types.Object | None:
         """The furniture that is active or selected, for actions that need one."""
-        from ..samp_addon.blender import targets
+        from ..samp_addon.blender.scene import targets
         from ..samp_addon.errors import SampError
 
         if context.scene.samp.action not in ("sit", "lie"):

@@ -24,9 +24,9 @@ class SAMP_OT_export_npz(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import take_files
 
-        return takes.can_bake(context, cls.poll_message_set)
+        return take_files.can_bake(context, cls.poll_message_set)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.filepath = self.filepath or "take.npz"
@@ -37,7 +37,9 @@ class SAMP_OT_export_npz(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import take_files
 
-        path = takes.export_file(context, bpy.path.abspath(self.filepath), self.character, self.action_name)
+        path = take_files.export_file(
+            context, bpy.path.abspath(self.filepath), self.character, self.action_name
+        )
         return f"Wrote '{path}'."

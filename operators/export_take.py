@@ -33,15 +33,15 @@ class SAMP_OT_export_take(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import take_files
 
-        return takes.can_bake(context, cls.poll_message_set)
+        return take_files.can_bake(context, cls.poll_message_set)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        from ..samp_addon.blender import exporting
+        from ..samp_addon.blender.takes import export
 
         if not self.filepath:
-            self.filepath = f"take{exporting.SUFFIXES[self.kind]}"
+            self.filepath = f"take{export.SUFFIXES[self.kind]}"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -49,7 +49,8 @@ class SAMP_OT_export_take(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import asking, exporting
+        from ..samp_addon.blender.takes import export
+        from ..samp_addon.ui import job_from_settings
 
-        name = self.character or asking.character_name(context.scene.samp)
-        return f"Wrote '{exporting.export_take(context, self.filepath, self.kind, name)}'."
+        name = self.character or job_from_settings.character_name(context.scene.samp)
+        return f"Wrote '{export.export_take(context, self.filepath, self.kind, name)}'."

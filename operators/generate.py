@@ -9,7 +9,7 @@ import bpy
 from .settings_operator import SettingsOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
@@ -20,11 +20,11 @@ class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
 
     @classmethod
     def why_not(cls, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import asking
+        from ..samp_addon.ui import job_from_settings
 
-        return asking.why_not(context)
+        return job_from_settings.why_not(context)
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.blender import asking
+        from ..samp_addon.ui import job_from_settings
 
-        return asking.job(context)
+        return job_from_settings.job(context)

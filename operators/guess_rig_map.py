@@ -30,6 +30,6 @@ class SAMP_OT_guess_rig_map(bpy.types.Operator):
         return outcome.run(self, lambda: self._guess(context))
 
     def _guess(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import rig_carrying
+        from ..samp_addon.blender.rigs import carry_to_rig
 
-        return rig_carrying.guess_sentence(rig_carrying.guess_map(context, self.target, self.keep))
+        return carry_to_rig.guess_sentence(carry_to_rig.guess_map(context, self.target, self.keep))

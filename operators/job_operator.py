@@ -11,7 +11,7 @@ from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntPrope
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.blender.jobs import Result
+    from ..samp_addon.blender.takes.baking import Result
     from ..samp_addon.blender.thread_run import ThreadRun
 
 
@@ -60,16 +60,16 @@ class JobOperator(ThreadOperator):
         }
 
     def at_once(self, context: bpy.types.Context) -> Result:
-        from ..samp_addon.blender import jobs
+        from ..samp_addon.blender.takes import baking
 
-        return jobs.run(context, self.job(context))
+        return baking.run(context, self.job(context))
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
-        from ..samp_addon.blender import jobs
+        from ..samp_addon.blender.takes import baking
 
-        return jobs.begin(context, self.job(context))
+        return baking.begin(context, self.job(context))
 
     def told(self, result: Result) -> str:
-        from ..samp_addon.blender import jobs
+        from ..samp_addon.blender.takes import baking
 
-        return jobs.sentence(result)
+        return baking.sentence(result)

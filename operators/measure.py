@@ -28,8 +28,8 @@ class SAMP_OT_measure(bpy.types.Operator):
         return outcome.run(self, lambda: self._measure(context))
 
     def _measure(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import measuring
+        from ..samp_addon.blender.takes import measure
 
-        name, numbers = measuring.measure_take(context, self.character, self.action_name)
-        text = measuring.write_text(name, numbers)
-        return measuring.sentence(name, numbers, text.name)
+        name, numbers = measure.measure_take(context, self.character, self.action_name)
+        text = measure.write_text(name, numbers)
+        return measure.sentence(name, numbers, text.name)

@@ -43,7 +43,8 @@ class SAMP_OT_plan_path(bpy.types.Operator):
         return outcome.run(self, lambda: self._plan(context))
 
     def _plan(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import steps, targets
+        from ..samp_addon.blender.overlays import steps
+        from ..samp_addon.blender.scene import targets
 
         start = tuple(self.start) if self.use_start else None
         if self.to_cursor:

@@ -14,7 +14,7 @@ class SAMP_OT_push_down_take(TakeOperator, bpy.types.Operator):
     bl_label = "Push Down Take"
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
         owner = self.owner(context)
         track = take_list.push_down(owner, take)

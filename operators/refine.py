@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.blender.refining import Result
+    from ..samp_addon.blender.actions.refine_action import Result
     from ..samp_addon.blender.thread_run import ThreadRun
 
 # The defaults are those of refine/refining.py, which is not imported before it is used.
@@ -56,7 +56,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
 
     def asked(self) -> dict:
         """What the function beneath is called with."""
-        from ..samp_addon.refine.refining import Settings
+        from ..samp_addon.refine.refinement import Settings
 
         weights = {name: getattr(self, name) for name in (*WEIGHTS, "strength")}
         return {
@@ -68,16 +68,16 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
         }
 
     def at_once(self, context: bpy.types.Context) -> Result:
-        from ..samp_addon.blender import refining
+        from ..samp_addon.blender.actions import refine_action
 
-        return refining.run(context, **self.asked())
+        return refine_action.run(context, **self.asked())
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
-        from ..samp_addon.blender import refining
+        from ..samp_addon.blender.actions import refine_action
 
-        return refining.begin(context, **self.asked())
+        return refine_action.begin(context, **self.asked())
 
     def told(self, result: Result) -> str:
-        from ..samp_addon.blender import refining
+        from ..samp_addon.blender.actions import refine_action
 
-        return refining.sentence(result)
+        return refine_action.sentence(result)

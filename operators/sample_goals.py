@@ -36,8 +36,9 @@ class SAMP_OT_sample_goals(bpy.types.Operator):
         return outcome.run(self, lambda: self._sample(context))
 
     def _sample(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import goals, targets
+        from ..samp_addon.blender.overlays import goal_arrows
+        from ..samp_addon.blender.scene import targets
 
         target = self.target or targets.clicked_target(context)
-        made = goals.sample_goals(context, target, self.action, self.count, self.seed)
+        made = goal_arrows.sample_goals(context, target, self.action, self.count, self.seed)
         return f"Placed {len(made)} goal{'s' if len(made) > 1 else ''} on '{target}'."

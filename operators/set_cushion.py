@@ -32,7 +32,7 @@ class SAMP_OT_set_cushion(bpy.types.Operator):
         return outcome.run(self, lambda: self._soften(context))
 
     def _soften(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import cushions
+        from ..samp_addon.blender.scene import cushions
 
         names = ", ".join(f"'{obj.name}'" for obj in cushions.set_cushion(context, self.depth))
         return f"{names}: a body sinks in by {self.depth * 100:.1f} cm."

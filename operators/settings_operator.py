@@ -9,9 +9,9 @@ import bpy
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.blender.jobs import Result
+    from ..samp_addon.blender.takes.baking import Result
     from ..samp_addon.blender.thread_run import ThreadRun
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SettingsOperator(ThreadOperator):
@@ -38,17 +38,17 @@ class SettingsOperator(ThreadOperator):
         return not reason
 
     def at_once(self, context: bpy.types.Context) -> Result:
-        from ..samp_addon.blender import jobs
+        from ..samp_addon.blender.takes import baking
 
-        return jobs.run(context, self.job(context))
+        return baking.run(context, self.job(context))
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
-        from ..samp_addon.blender import jobs
+        from ..samp_addon.blender.takes import baking
 
-        return jobs.begin(context, self.job(context))
+        return baking.begin(context, self.job(context))
 
     def told(self, result: Result) -> str:
-        from ..samp_addon.blender import jobs
+        from ..samp_addon.blender.takes import baking
 
         scene = bpy.context.scene
         settings = scene.samp
@@ -57,4 +57,4 @@ class SettingsOperator(ThreadOperator):
         settings.character = settings.character or result.owner
         if settings.fit_range:
             scene.frame_end = max(scene.frame_end, *(variant["frame_end"] for variant in result.variants))
-        return jobs.sentence(result)
+        return baking.sentence(result)

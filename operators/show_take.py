@@ -21,7 +21,7 @@ class SAMP_OT_show_take(TakeOperator, bpy.types.Operator):
     )
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
         take_list.show(context, self.owner(context), take, self.fit)
         return f"'{take.name}' is shown."

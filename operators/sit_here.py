@@ -9,7 +9,7 @@ import bpy
 from .job_operator import JobOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SAMP_OT_sit_here(JobOperator, bpy.types.Operator):
@@ -19,7 +19,7 @@ class SAMP_OT_sit_here(JobOperator, bpy.types.Operator):
     bl_label = "Sit Here"
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.blender import targets
-        from ..samp_addon.job import Job
+        from ..samp_addon.blender.scene import targets
+        from ..samp_addon.pipeline.job import Job
 
         return Job(action="sit", target=self.target or targets.clicked_target(context), **self.common())

@@ -35,13 +35,14 @@ class TakeOperator:
 
     def owner(self, context: bpy.types.Context) -> bpy.types.Object:
         """The character. Raises SampError where there is none."""
-        from ..samp_addon.blender import armature, asking
+        from ..samp_addon.blender.character import armature
+        from ..samp_addon.ui import job_from_settings
 
-        return armature.find(context, self.character or asking.character_name(context.scene.samp))
+        return armature.find(context, self.character or job_from_settings.character_name(context.scene.samp))
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action:
         """The take. Raises SampError where there is none."""
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
         from ..samp_addon.errors import SampError
 
         name = self.action_name

@@ -76,7 +76,8 @@ class ThreadOperator:
 
     def _start(self, context: bpy.types.Context) -> str:
         """The work itself, and the figure that shows it."""
-        from ..samp_addon.blender import character, ghost
+        from ..samp_addon.blender.character import character
+        from ..samp_addon.blender.overlays import ghost
 
         self._run = self.begin(context)
         owner = self._run.owner

@@ -11,7 +11,7 @@ from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty
 from .job_operator import JobOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SAMP_OT_walk_here(JobOperator, bpy.types.Operator):
@@ -35,7 +35,7 @@ class SAMP_OT_walk_here(JobOperator, bpy.types.Operator):
         return super().invoke(context, event)
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.job import Job
+        from ..samp_addon.pipeline.job import Job
 
         facing = (math.degrees(self.yaw),) if self.use_yaw else ()
         place = None if self.target else (*self.location, *facing)

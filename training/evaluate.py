@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from ..samp_addon.synthesis import goals, samp
-from ..samp_addon.synthesis.takes import Tools
+from ..samp_addon.methods.samp import goals
+from ..samp_addon.methods.samp.rollout import generator
+from ..samp_addon.methods.take import Tools
 from .evaluation import reference, refined, report, sheets
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 
@@ -25,8 +26,8 @@ def tools_of(version: str) -> tuple[str, Tools]:
     """Name and networks of NAME=FOLDER or NAME=FOLDER:NETWORK, the folder holding motion_net.safetensors."""
     name, _, place = version.partition("=")
     folder, _, kind = place.partition(":")
-    network = samp.load_network(Path(folder), kind or "motion_net")
-    return name, Tools(goals.sample_goals, partial(samp.generate, network=network))
+    network = generator.load_network(Path(folder), kind or "motion_net")
+    return name, Tools(goals.sample_goals, partial(generator.generate, network=network))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

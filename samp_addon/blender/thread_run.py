@@ -51,8 +51,8 @@ def loading() -> ThreadRun:
     def work(progress: Progress) -> None:
         progress("Loading", 0.0)
         with suppress(ImportError, OSError):
-            from ..synthesis import chain
-            from . import jobs, refining  # noqa: F401
+            from ..pipeline import chain
+            from .actions import refine_action  # noqa: F401
 
             chain.networks()
 

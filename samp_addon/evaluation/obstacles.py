@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..scene.solids import MARGIN, PITCH, Boxed, Surface, free_counts, solid_cells
+from ..scene.distance.solids import MARGIN, PITCH, Boxed, Surface, free_counts, solid_cells
 
 CONTACT_DISTANCE = 0.01
 """Metres from a surface within which skin touches it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene import signed_distance
+from ..scene.distance import signed_distance
 
 STEEP = 0.7
 """Cosine between a surface and the floor from which on nobody stands on it."""

@@ -15,7 +15,7 @@ import torch
 from .. import skeleton
 from ..body import human
 from ..body.human import Human
-from ..body.limits import limits
+from ..body.joint_limits import limits
 from ..motion import Goal, Motion
 from ..torch_threads import one_thread
 from . import energies

@@ -11,7 +11,7 @@ from .. import rotation, skeleton
 from ..body.proportions import leg_length
 from ..errors import SampError
 from ..refine.foot_lock import BALL_HEIGHT
-from . import chains, maps
+from . import maps, spines
 from .rig import Rig
 
 SNAP = np.radians(15.0)  # by which a body's axes may lean from the armature's and still mean them
@@ -47,7 +47,7 @@ class Fit:
     pelvis_bone: np.ndarray
     sole: float
     seat: float | None
-    links: tuple[chains.Link, ...]
+    links: tuple[spines.Link, ...]
     parents: np.ndarray
     aligned: np.ndarray
 
@@ -245,21 +245,21 @@ def _hand_frame(wrist: np.ndarray, middle: np.ndarray, index: np.ndarray, pinky:
     return np.stack([along, across, np.cross(along, across)], axis=1)
 
 
-def _links(rig: Rig, at: Mapping[str, int]) -> list[chains.Link]:
+def _links(rig: Rig, at: Mapping[str, int]) -> list[spines.Link]:
     """All bones that get keys, parents before children."""
-    spine, neck = chains.spine_and_neck(rig, at)
-    trunk = [chains.Link(at["pelvis"], "pelvis", "pelvis", 1.0), *spine, *neck]
+    spine, neck = spines.spine_and_neck(rig, at)
+    trunk = [spines.Link(at["pelvis"], "pelvis", "pelvis", 1.0), *spine, *neck]
     done = {link.bone for link in trunk}
-    skipped = {"pelvis", "neck", *chains.SPINE}
+    skipped = {"pelvis", "neck", *spines.SPINE}
     others = [
-        chains.Link(at[joint], joint, joint, 1.0)
+        spines.Link(at[joint], joint, joint, 1.0)
         for joint in maps.JOINTS
         if joint in at and joint not in skipped
     ]
     return trunk + [link for link in others if link.bone not in done]
 
 
-def _parents(rig: Rig, links: list[chains.Link]) -> np.ndarray:
+def _parents(rig: Rig, links: list[spines.Link]) -> np.ndarray:
     """Which link each link turns with (K,): the first one above it or, where constraints lead from one to the
     other, the one of the joint before it; -1 for the pelvis and for bones that keep their own direction."""
     place = {link.bone: k for k, link in enumerate(links)}
@@ -284,9 +284,9 @@ def _parents(rig: Rig, links: list[chains.Link]) -> np.ndarray:
     return result
 
 
-def _before(links: list[chains.Link], k: int) -> int:
+def _before(links: list[spines.Link], k: int) -> int:
     """The link of the nearest joint before this link's, among links[:k]."""
-    trunk = ("pelvis", *chains.SPINE, "neck")
+    trunk = ("pelvis", *spines.SPINE, "neck")
     if links[k].above in trunk:
         return k - 1
     joint = skeleton.PARENTS[skeleton.INDEX[links[k].above]]

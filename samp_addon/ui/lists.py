@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..blender import asking, rig_table, take_list
+from ..blender.rigs import bone_table
+from ..blender.takes import take_list
+from . import job_from_settings
 from .panel import InPanel
 
 COLUMNS = (("position_error_cm", "goal"), ("penetration_max_cm", "deep"), ("foot_slide_cm_s", "slide"))
@@ -54,7 +56,12 @@ class SAMP_UL_steps(bpy.types.UIList):
         row = layout.row(align=True)
         row.label(text=f"{index + 1}")
         row.prop(item, "action", text="", emboss=False)
-        row.prop(item, "target", text="", placeholder="Target" if item.action in asking.SEATED else "Place")
+        row.prop(
+            item,
+            "target",
+            text="",
+            placeholder="Target" if item.action in job_from_settings.SEATED else "Place",
+        )
 
 
 class SAMP_UL_rig_map(bpy.types.UIList):
@@ -112,7 +119,7 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
             column.operator("samp.edit_chain", text="", icon=icon).change = change
         if 0 <= settings.step_index < len(settings.steps):
             step = settings.steps[settings.step_index]
-            if step.target is None and step.action not in asking.SEATED:
+            if step.target is None and step.action not in job_from_settings.SEATED:
                 layout.prop(step, "place")
         layout.operator("samp.bake_chain", icon="PLAY")
 
@@ -127,9 +134,9 @@ class SAMP_PT_rig(InPanel, bpy.types.Panel):
         layout, active = self.layout, context.view_layer.objects.active
         layout.operator("samp.carry_to_rig", icon="ARMATURE_DATA")
         layout.operator("samp.guess_rig_map")
-        if active is not None and active.type == "ARMATURE" and len(getattr(active, rig_table.TABLE)):
+        if active is not None and active.type == "ARMATURE" and len(getattr(active, bone_table.TABLE)):
             layout.template_list(
-                "SAMP_UL_rig_map", "", active, rig_table.TABLE, active, rig_table.ACTIVE, rows=6
+                "SAMP_UL_rig_map", "", active, bone_table.TABLE, active, bone_table.ACTIVE, rows=6
             )
 
 

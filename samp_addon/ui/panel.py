@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..blender import asking
+from . import job_from_settings
 from .settings import SHAPES
 
 GOALS, WAYPOINTS = (
@@ -57,7 +57,7 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         if work is None:
             row = layout.row()
             row.scale_y = 1.6
-            row.operator("samp.generate", text=asking.word(settings), icon="PLAY")
+            row.operator("samp.generate", text=job_from_settings.word(settings), icon="PLAY")
         else:
             _draw_progress(layout, *work)
 
@@ -104,7 +104,7 @@ class SAMP_PT_places(InPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         settings, layout = context.scene.samp, self.layout
-        action = settings.action if settings.action in asking.SEATED else "sit"
+        action = settings.action if settings.action in job_from_settings.SEATED else "sit"
         column = layout.column(align=True)
         for name, text in (("sample_goals", "Find Goals"), ("plan_path", "Show Path")):
             made = column.operator(f"samp.{name}", text=text)
@@ -198,10 +198,10 @@ def _draw_progress(layout: bpy.types.UILayout, name: str, stage: str, share: flo
 
 def _clicked(context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> str:
     """What an empty target stands for."""
-    if settings.action not in asking.SEATED:
+    if settings.action not in job_from_settings.SEATED:
         return "3D Cursor"
     active = context.view_layer.objects.active
-    return active.name if active is not None and asking.is_furniture(active) else "Target"
+    return active.name if active is not None and job_from_settings.is_furniture(active) else "Target"
 
 
 def _count(collection: str) -> int:

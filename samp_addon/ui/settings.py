@@ -25,7 +25,7 @@ SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder
 def _is_character(settings: bpy.types.PropertyGroup, thing: bpy.types.Object) -> bool:
     if thing.type != "ARMATURE":
         return False
-    from ..blender import armature
+    from ..blender.character import armature
 
     return armature.is_smplx(thing)
 
@@ -51,14 +51,16 @@ def _shown_take(settings: bpy.types.PropertyGroup) -> int:
 
 def _show_take(settings: bpy.types.PropertyGroup, number: int) -> None:
     """A click on a take in the list shows it on the character."""
-    from ..blender import armature, asking, take_list
+    from ..blender.character import armature
+    from ..blender.takes import take_list
     from ..errors import SampError
+    from . import job_from_settings
 
     actions = bpy.data.actions
     if not 0 <= number < len(actions) or not take_list.is_take(actions[number]):
         return
     try:
-        owner = armature.find(bpy.context, asking.character_name(settings))
+        owner = armature.find(bpy.context, job_from_settings.character_name(settings))
         take_list.show(bpy.context, owner, actions[number])
     except SampError:
         # The character may be linked, or gone: then there is nobody to show the take on.

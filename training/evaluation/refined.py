@@ -9,9 +9,9 @@ import numpy as np
 
 from ...samp_addon.evaluation import metrics
 from ...samp_addon.evaluation.obstacles import Obstacles
-from ...samp_addon.refine.refining import Surroundings, refine
+from ...samp_addon.methods.take import Take
+from ...samp_addon.refine.refinement import Surroundings, refine
 from ...samp_addon.scene.geometry import SceneGeometry
-from ...samp_addon.synthesis.takes import Take
 from .tables import Estimate
 
 WANTED = {

@@ -12,13 +12,13 @@ import numpy as np
 from ...samp_addon.errors import SampError
 from ...samp_addon.evaluation import metrics
 from ...samp_addon.evaluation.obstacles import Obstacles
-from ...samp_addon.job import Job
+from ...samp_addon.methods.samp.request import Request
+from ...samp_addon.methods.take import Situation, Take, Tools
 from ...samp_addon.motion import Motion
+from ...samp_addon.pipeline.chain import synthesise
+from ...samp_addon.pipeline.job import Job
 from ...samp_addon.scene.geometry import SceneGeometry
-from ...samp_addon.synthesis.chain import synthesise
-from ...samp_addon.synthesis.request import Request
-from ...samp_addon.synthesis.takes import Situation, Take, Tools
-from ...tests import rooms
+from ...tests.support import rooms
 from .. import furniture
 
 FIRST_ROOM = 1000  # seed; the rooms of the judge and of the tests are others

@@ -1,0 +1,62 @@
+"""The table of an armature's bones by joint, for the artist to fill in; it is saved with the file."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import CollectionProperty, IntProperty, StringProperty
+
+from ...errors import SampError
+
+TABLE, ACTIVE = "samp_rig_map", "samp_rig_map_index"
+"""The properties of an armature object that hold the table and its active row."""
+
+
+class SAMP_RigMapEntry(bpy.types.PropertyGroup):
+    """A row: which bone is this joint."""
+
+    joint: StringProperty(name="Joint", description="Joint of the body, as SMPL-X names it")
+    bone: StringProperty(
+        name="Bone", description="Bone of this armature that moves as the joint does; may be empty"
+    )
+
+
+def register() -> None:
+    """Gives armatures the table."""
+    bpy.utils.register_class(SAMP_RigMapEntry)
+    shared = {"override": {"LIBRARY_OVERRIDABLE"}}
+    setattr(bpy.types.Object, TABLE, CollectionProperty(name="Bone Table", type=SAMP_RigMapEntry, **shared))
+    setattr(bpy.types.Object, ACTIVE, IntProperty(name="Active Row", options={"HIDDEN"}, **shared))
+
+
+def unregister() -> None:
+    """Takes it away; what a file holds of it stays in the file."""
+    delattr(bpy.types.Object, ACTIVE)
+    delattr(bpy.types.Object, TABLE)
+    bpy.utils.unregister_class(SAMP_RigMapEntry)
+
+
+def read(armature: bpy.types.Object) -> dict[str, str]:
+    """Joint -> bone of the rows that are filled in; none where a script runs without the extension."""
+    return {row.joint: row.bone for row in getattr(armature, TABLE, ()) if row.bone}
+
+
+def fill(armature: bpy.types.Object, bones: dict[str, str], keep: bool = True) -> None:
+    """Puts joint -> bone into the table, a row for each joint that can be carried. keep: rows that name a bone of the
+    armature stay as they are. Raises SampError where the armature cannot be changed."""
+    from ...rigs import maps
+
+    if not armature.is_editable:
+        raise SampError(
+            f"'{armature.name}' is linked from another file; make a library override of it first."
+        )
+    kept = (
+        {joint: bone for joint, bone in read(armature).items() if bone in armature.data.bones} if keep else {}
+    )
+    taken = set(kept.values())
+    table = getattr(armature, TABLE)
+    table.clear()
+    for joint in maps.JOINTS:
+        row = table.add()
+        guessed = bones.get(joint, "")
+        row.name = row.joint = joint
+        row.bone = kept.get(joint, "" if guessed in taken else guessed)

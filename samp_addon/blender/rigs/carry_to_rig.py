@@ -1,0 +1,264 @@
+"""A take carried from an SMPL-X armature to another rig, as a new Action of that rig."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ... import skeleton
+from ...errors import SampError
+from ...rigs import carrying, guessing, maps
+from ...rigs.rig import Rig
+from .. import compat
+from ..actions import channels, keyframes
+from ..character import armature, character
+from . import bone_table, read_rig
+
+TOLD = 0.01
+"""Metres by which a foot must be away from its place to be spoken of."""
+
+CARRIED = "samp_carried"
+"""Custom property of a carried Action: where it comes from."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What was made. action: of the rig owner. source: the take's Action. known: the name of the rig, or "bone table".
+    body_joints: how many of the 22 have a bone. missed: metres by which a standing foot is at most not in its place.
+    switched: how many properties of the rig the Action sets, so that its FK bones are those that move it. held: bones
+    with keys that have constraints too, and may go elsewhere."""
+
+    owner: bpy.types.Object
+    action: bpy.types.Action
+    source: bpy.types.Action
+    known: str
+    body_joints: int
+    missed: float
+    switched: int
+    held: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What was filled in. known: the name of the rig, or "" for a guess. missing: body joints without a bone."""
+
+    owner: bpy.types.Object
+    known: str
+    missing: tuple[str, ...]
+
+
+def carry_to_rig(
+    context: bpy.types.Context,
+    target: str = "",
+    character_name: str = "",
+    action_name: str = "",
+    frame_start: int | None = None,
+    frame_end: int | None = None,
+) -> Result:
+    """Carries a take to another armature and makes it that one's active Action.
+
+    target: the armature; empty: the active one. character_name: the SMPL-X armature with the take; empty: the
+    selected one, or the only other one. action_name: the take; empty: its active Action. Frames: those of the
+    scene, None for the take's first and last. Nothing but the new Action is made. Raises SampError where one of
+    these is not there, or the target's bones are not those of a body.
+    """
+    owner = find_target(context, target)
+    source = _source(context, character_name, owner)
+    take = _take(source, action_name)
+    keyframes.refuse_locked(owner)
+    start = int(np.floor(take.frame_range[0])) if frame_start is None else frame_start
+    motion = keyframes.read_motion(source, take, start, frame_end, context.scene)
+    known, bones = _bones(owner)
+    rig = read_rig.read(context, owner)
+    _refuse_held(owner, bones.get("pelvis", ""))
+    carried = carrying.carry(motion, rig, bones, character.body_of(source).vertices)
+    action = bpy.data.actions.new(f"{take.name} on {owner.name}")
+    try:
+        switched = _write(owner, rig, carried, action, start)
+    except BaseException:
+        bpy.data.actions.remove(action)
+        raise
+    action.use_fake_user = True
+    action[CARRIED] = {"action": take.name, "armature": source.name}
+    keyframes.activate_action(owner, action)
+    body = sum(joint in bones for joint in skeleton.BODY_JOINTS)
+    held = tuple(rig.names[link.bone] for link in carried.fit.links if rig.constrained[link.bone])
+    return Result(owner, action, take, known, body, carried.missed(), switched, held)
+
+
+def guess_map(context: bpy.types.Context, target: str = "", keep: bool = True) -> Guess:
+    """Fills the bone table of an armature, the active one if unnamed. keep: what is filled in and there stays.
+
+    Raises SampError where there is no such armature, or it cannot be changed.
+    """
+    owner = find_target(context, target)
+    rig = read_rig.read(context, owner)
+    found = maps.recognise(rig.names)
+    bones = guessing.guess(rig.names, rig.parents, rig.heads) if found is None else found[1]
+    bone_table.fill(owner, bones, keep)
+    filled = bone_table.read(owner)
+    missing = tuple(joint for joint in skeleton.BODY_JOINTS if joint not in filled)
+    return Guess(owner, "" if found is None else found[0].name, missing)
+
+
+def sentence(result: Result) -> str:
+    """What the artist is told of a take that was carried."""
+    told = (
+        f"Carried '{result.source.name}' to '{result.owner.name}' ({result.known}) as '{result.action.name}'."
+    )
+    if result.switched:
+        told += " Its limbs are switched to FK in that Action."
+    if result.held:
+        told += f" Constraints may hold {', '.join(result.held)}; mute them if they do."
+    if result.missed > TOLD:
+        told += f" A foot is up to {result.missed * 100:.0f} cm from its place: the legs are too short to reach it."
+    return told
+
+
+def guess_sentence(guess: Guess) -> str:
+    """What the artist is told of a table that was filled in."""
+    told = (
+        f"'{guess.owner.name}' is a rig of the kind {guess.known}"
+        if guess.known
+        else "Guessed from the bones' names"
+    )
+    if guess.missing:
+        return f"{told}; no bone was found for {', '.join(guess.missing)}."
+    return f"{told}; every joint of the body has a bone."
+
+
+def find_target(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
+    """The armature of this name, or the active one, or the active mesh's. Raises SampError where there is none."""
+    if name:
+        obj = context.scene.objects.get(name)
+        if obj is None:
+            raise SampError(f"The scene has no object '{name}'; name an armature that is in it.")
+    else:
+        obj = context.view_layer.objects.active
+    owner = obj if obj is None or obj.type == "ARMATURE" else obj.find_armature()
+    if owner is None:
+        raise SampError("No armature is active; click the rig that shall get the take.")
+    return owner
+
+
+def _source(context: bpy.types.Context, name: str, owner: bpy.types.Object) -> bpy.types.Object:
+    """The SMPL-X armature that has the take."""
+    if name:
+        source = armature.find(context, name)
+        if source == owner:
+            raise SampError(f"'{owner.name}' has the take already; name another armature to carry it to.")
+        return source
+    others = [obj for obj in context.scene.objects if obj != owner and armature.is_smplx(obj)]
+    chosen = [obj for obj in others if obj.select_get()] or others
+    if len(chosen) == 1:
+        return chosen[0]
+    if not chosen:
+        raise SampError("The scene has no other SMPL-X armature; click the rig that shall get the take.")
+    names = ", ".join(f"'{obj.name}'" for obj in chosen)
+    raise SampError(
+        f"The scene has several characters ({names}); select the one with the take, then the rig."
+    )
+
+
+def _take(source: bpy.types.Object, name: str) -> bpy.types.Action:
+    data = source.animation_data
+    take = bpy.data.actions.get(name) if name else data and data.action
+    if take is None:
+        wanted = f"There is no Action '{name}'" if name else f"'{source.name}' has no Action"
+        raise SampError(f"{wanted}; generate or choose a take first.")
+    return take
+
+
+def _bones(owner: bpy.types.Object) -> tuple[str, dict[str, str]]:
+    """What kind of rig it is, and joint -> bone: by the table, where the artist has one, or by known names."""
+    table = bone_table.read(owner)
+    if table:
+        return "bone table", table
+    found = maps.recognise(bone.name for bone in owner.data.bones)
+    if found is None:
+        raise SampError(
+            f"'{owner.name}' is no rig that is known; press Guess Bones, check its bone table and carry again."
+        )
+    return found[0].name, found[1]
+
+
+def _refuse_held(owner: bpy.types.Object, pelvis: str) -> None:
+    """Raises SampError where the pelvis bone could not be moved."""
+    bone = owner.data.bones.get(pelvis)
+    if bone is not None and bone.use_connect and bone.parent is not None:
+        raise SampError(f"The bone '{pelvis}' of '{owner.name}' is held; switch Connected off.")
+
+
+def _write(
+    owner: bpy.types.Object, rig: Rig, carried: carrying.Carried, action: bpy.types.Action, start: int
+) -> int:
+    """Keys for all bones that move, and one for each thing that would else disturb; how many switches were set."""
+    writer, pose = compat.CurveWriter(action, owner), owner.pose.bones
+    times = np.arange(start, start + len(carried.motion), dtype=np.float64)
+
+    def add(bone: str, path: str, values: np.ndarray) -> None:
+        whole = f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{path}'
+        for k in range(values.shape[1]):
+            writer.add(whole, k, times[: len(values)], values[:, k], bone)
+
+    keyed = [rig.names[link.bone] for link in carried.fit.links]
+    add(keyed[0], "location", _location(owner, rig, carried))
+    for k, bone in enumerate(keyed):
+        mode = pose[bone].rotation_mode
+        path, _ = channels.rotation_channel(mode)
+        values = channels.from_quaternions(mode, carried.rotations[:, k])
+        still = k > 0 and np.abs(values - values[0]).max() < 1e-9
+        add(bone, path, values[:1] if still else values)
+    for bone, path, values in _disturbing(owner, rig, keyed):
+        add(bone, path, values)
+    switches = list(_switches(owner, keyed))
+    for bone, name, value in switches:
+        path = f'pose.bones["{bpy.utils.escape_identifier(bone)}"]["{bpy.utils.escape_identifier(name)}"]'
+        writer.add(path, 0, times[:1], np.array([value]), bone)
+    return len(switches)
+
+
+def _location(owner: bpy.types.Object, rig: Rig, carried: carrying.Carried) -> np.ndarray:
+    """The pelvis bone's location channel (T, 3): along the bone's own axes, or the armature's."""
+    bone = carried.fit.links[0].bone
+    if owner.data.bones[rig.names[bone]].use_local_location:
+        return carried.location
+    above = int(rig.parents[bone])
+    turn = rig.bases[bone] if above < 0 else rig.bases[above].T @ rig.bases[bone]
+    return carried.location @ turn.T
+
+
+def _disturbing(owner: bpy.types.Object, rig: Rig, keyed: list[str]) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Bone, property and rest value (1, n) of all that is not at rest between the bones that move, over them, or in
+    what their machinery follows."""
+    pose, way = owner.pose.bones, set()
+    for bone in keyed:
+        for upper in rig.above(rig.index(bone)):
+            way.add(rig.names[upper])
+            for constraint in pose[rig.names[upper]].constraints:
+                if getattr(constraint, "target", None) == owner and constraint.subtarget in pose:
+                    way.add(constraint.subtarget)
+    for bone in sorted(way | set(keyed)):
+        path, size = channels.rotation_channel(pose[bone].rotation_mode)
+        for kind, count in (("location", 3), (path, size), ("scale", 3)):
+            if bone in keyed and (kind == path or (kind == "location" and bone == keyed[0])):
+                continue
+            rest = np.array(channels.rest_values(kind, count))
+            held = np.array(getattr(pose[bone], kind))
+            if np.abs(held - rest).max() > 1e-6 and not (
+                kind == "rotation_axis_angle" and abs(held[0]) < 1e-6
+            ):
+                yield bone, kind, rest[None]
+
+
+def _switches(owner: bpy.types.Object, keyed: list[str]) -> Iterator[tuple[str, str, float]]:
+    """Bone, custom property and value of what makes a Rigify rig play its FK controls; none for other rigs."""
+    if not any(bone in keyed for bone in maps.FOLLOWS_FOR):
+        return
+    for bone in owner.pose.bones:
+        for name, value in maps.FOLLOWS.items():
+            if name in bone:
+                yield bone.name, name, value

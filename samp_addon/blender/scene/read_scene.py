@@ -1,0 +1,239 @@
+"""From Blender's scene to triangles in the network frame: what a render would show, without the character."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ... import frames
+from ...errors import SampError
+from ...scene import geometry
+from ...scene.geometry import SceneGeometry
+
+OVERLAY_KEY = "samp_overlay"
+"""Custom property of the objects that this add-on draws; they are never part of the scene."""
+
+CUSHION_KEY = "samp_cushion"
+"""Custom property of an object: metres that it yields under a body; 0 where it has none."""
+
+SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+
+
+@dataclass(frozen=True)
+class Target:
+    """A piece of furniture. triangles: (F, 3, 3) metres, network frame. parts: the names of its objects."""
+
+    name: str
+    triangles: np.ndarray
+    parts: tuple[str, ...]
+
+
+def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] = ()) -> SceneGeometry:
+    """World-space triangles of all that the active view layer shows and a render would show.
+
+    Modifiers, instances, collection instances and parents are applied; what is hidden in the viewport or in
+    renders is left out, and so are the objects of ``exclude`` with their children and skinned meshes. An
+    instance goes by the name of the object that makes it. Raises SampError, naming the object, for NaN.
+    """
+    left_out = with_dependants(context, exclude)
+    return SceneGeometry.from_objects(_gathered(context, lambda owner: owner not in left_out))
+
+
+def cushion_depths(context: bpy.types.Context, names: Iterable[str]) -> np.ndarray:
+    """Metres (N,) that objects of these names yield under a body. Raises SampError for what is no depth."""
+    objects = context.scene.objects
+    return np.array([_cushion(objects[name]) if name in objects else 0.0 for name in names], dtype=np.float64)
+
+
+def _cushion(obj: bpy.types.Object) -> float:
+    """Its own cushion depth, or that of its nearest parent; else the deepest of a collection that it shows."""
+    holder = obj
+    while holder is not None:
+        if CUSHION_KEY in holder:
+            return _depth(holder)
+        holder = holder.parent
+    if obj.instance_type != "COLLECTION" or obj.instance_collection is None:
+        return 0.0
+    shown = (obj.instance_collection, *obj.instance_collection.all_objects)
+    return max((_depth(part) for part in shown if CUSHION_KEY in part), default=0.0)
+
+
+def _depth(holder: bpy.types.ID) -> float:
+    depth = holder[CUSHION_KEY]
+    if not isinstance(depth, int | float) or not math.isfinite(depth) or depth < 0:
+        raise SampError(f"The cushion depth of '{holder.name}' is not a length; set it with Soft Seat.")
+    return float(depth)
+
+
+def read_target(
+    context: bpy.types.Context,
+    target: str | bpy.types.Object | bpy.types.Collection,
+    exclude: Iterable[bpy.types.Object] = (),
+) -> Target:
+    """The furniture of an object with its children, of an empty, or of a collection; by name or itself.
+
+    Raises SampError where the name is unknown (with close names), or the thing is hidden or has no surface.
+    """
+    found = find_target(context, target) if isinstance(target, str) else target
+    parts = _members(found) - with_dependants(context, exclude)
+    pieces = _gathered(context, lambda owner: owner in parts)
+    if not pieces:
+        _explain_nothing_read(context, found, parts)
+    scene = SceneGeometry.from_objects(pieces)
+    geometry.require_surface(scene.triangles, found.name)
+    return Target(found.name, scene.triangles, scene.names)
+
+
+def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy.types.Collection:
+    """The object, or else the collection, of that name in the scene; SampError with close names otherwise."""
+    objects = context.scene.objects
+    collections = {c.name: c for c in context.scene.collection.children_recursive}
+    found = objects.get(name) or collections.get(name)
+    if found is not None:
+        return found
+    known = [o.name for o in objects if not o.get(OVERLAY_KEY)] + list(collections)
+    close = close_names(name, known)
+    if close:
+        raise SampError(f"There is no '{name}' in the scene; did you mean {close}?")
+    some = ", ".join(f"'{k}'" for k in known[:5]) + (", ..." if len(known) > 5 else "")
+    told = f"choose one of {some}" if some else "it is empty, so add the furniture first"
+    raise SampError(f"There is no '{name}' in the scene; {told}.")
+
+
+def close_names(name: str, known: Iterable[str]) -> str:
+    """Up to five of the known names that resemble ``name``, for an error message; empty where none does."""
+    lower = {k.lower(): k for k in known}
+    near = difflib.get_close_matches(name.lower(), lower, n=5, cutoff=0.5)
+    near += [k for k in lower if name.lower() in k and k not in near]
+    return ", ".join(f"'{lower[k]}'" for k in near[:5])
+
+
+def with_dependants(context: bpy.types.Context, objects: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
+    """The objects, their children and the meshes that their armatures deform."""
+    found = _families(objects)
+    armatures = {obj for obj in found if obj.type == "ARMATURE"}
+    if not armatures:
+        return found
+    skinned = (
+        obj
+        for obj in context.scene.objects
+        if any(m.type == "ARMATURE" and m.object in armatures for m in obj.modifiers)
+    )
+    return found | _families(skinned)
+
+
+def _members(target: bpy.types.Object | bpy.types.Collection) -> set[bpy.types.Object]:
+    return _families(target.all_objects if isinstance(target, bpy.types.Collection) else (target,))
+
+
+def _families(roots: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
+    """The objects with their children, and theirs."""
+    # Blender looks through all objects for each children_recursive; one pass does for thousands of roots.
+    children: dict[bpy.types.Object, list[bpy.types.Object]] = {}
+    for obj in bpy.data.objects:
+        if obj.parent:
+            children.setdefault(obj.parent, []).append(obj)
+    found, waiting = set(), list(roots)
+    while waiting:
+        obj = waiting.pop()
+        if obj not in found:
+            found.add(obj)
+            waiting += children.get(obj, ())
+    return found
+
+
+def _gathered(
+    context: bpy.types.Context, wanted: Callable[[bpy.types.Object], bool]
+) -> list[tuple[str, np.ndarray]]:
+    """(name, triangles in the network frame) of each accepted original object that has faces."""
+    pieces: dict[str, list[np.ndarray]] = {}
+    for owner, instance, renderable in _shown_meshes(context):
+        if renderable and wanted(owner):
+            points, corners = _local_mesh(instance.object, owner)
+            if len(corners):
+                pieces.setdefault(owner.name, []).append(_placed(points, corners, instance.matrix_world))
+    return [(name, np.concatenate(parts)) for name, parts in pieces.items()]
+
+
+def _shown_meshes(
+    context: bpy.types.Context,
+) -> Iterator[tuple[bpy.types.Object, bpy.types.DepsgraphObjectInstance, bool]]:
+    """(original owner, instance, whether a render shows it) of each mesh that the view layer shows.
+
+    Curves, text, metaballs and surfaces come as instances of their own meshes.
+    """
+    rendered = _rendered_objects(context.scene.collection)
+    inside: dict[bpy.types.Collection, set[bpy.types.Object]] = {}
+    for instance in context.evaluated_depsgraph_get().object_instances:
+        if instance.object.type != "MESH" or not instance.show_self:
+            continue
+        owner = (instance.parent if instance.is_instance else instance.object).original
+        if owner.get(OVERLAY_KEY):
+            continue
+        renderable = owner in rendered
+        if renderable and instance.is_instance and owner.instance_type == "COLLECTION":
+            collection = owner.instance_collection
+            if collection not in inside:
+                inside[collection] = _rendered_objects(collection, follow=True)
+            renderable = instance.object.original in inside[collection]
+        yield owner, instance, renderable
+
+
+def _rendered_objects(collection: bpy.types.Collection, follow: bool = False) -> set[bpy.types.Object]:
+    """Objects below a collection that no render switch hides; ``follow`` goes into collection instances."""
+    if collection.hide_render:
+        return set()
+    found = {obj for obj in collection.objects if not obj.hide_render}
+    for obj in tuple(found) if follow else ():
+        if obj.instance_type == "COLLECTION" and obj.instance_collection:
+            found |= _rendered_objects(obj.instance_collection, follow)
+    for child in collection.children:
+        found |= _rendered_objects(child, follow)
+    return found
+
+
+def _local_mesh(evaluated: bpy.types.Object, owner: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) of an evaluated mesh object in its own space, and its triangles' corners (F, 3)."""
+    if owner.mode != "EDIT":
+        return _read_mesh(evaluated.data)
+    # In edit mode the evaluated mesh is only a shell around the one being edited.
+    try:
+        return _read_mesh(evaluated.to_mesh())
+    finally:
+        evaluated.to_mesh_clear()
+
+
+def _read_mesh(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
+    mesh.calc_loop_triangles()
+    points = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+    mesh.vertices.foreach_get("co", points.ravel())
+    mesh.loop_triangles.foreach_get("vertices", corners.ravel())
+    return points, corners
+
+
+def _placed(points: np.ndarray, corners: np.ndarray, matrix: object) -> np.ndarray:
+    """Triangles (F, 3, 3) in the network frame of a mesh and its object's matrix."""
+    world = np.array(matrix, dtype=np.float64)
+    # One product for both the object's matrix and the change of axes: a million vertices pass through here.
+    turned = frames.to_network(world[:3, :3].T)
+    # A mirrored object keeps its outside outside.
+    corners = corners[:, ::-1] if np.linalg.det(turned) < 0 else corners
+    return (points @ turned + frames.to_network(world[:3, 3])).take(corners, axis=0)
+
+
+def _explain_nothing_read(
+    context: bpy.types.Context,
+    target: bpy.types.Object | bpy.types.Collection,
+    parts: set[bpy.types.Object],
+) -> None:
+    rendered = _rendered_objects(context.scene.collection)
+    solid = (o for o in parts if o.type in SURFACE_TYPES or o.instance_type == "COLLECTION")
+    if any(o not in rendered or not o.visible_get(view_layer=context.view_layer) for o in solid):
+        raise SampError(f"'{target.name}' is hidden in the viewport or in renders; show it in both.")
+    raise SampError(f"'{target.name}' has no faces; choose an object, an empty or a collection with some.")

@@ -1,0 +1,180 @@
+"""Signed distance of an artist's scene: metres to the nearest surface, negative inside of things.
+
+The sign is that of the winding number, estimated from signed crossings along the six directions of the axes
+(solids.py), on faces turned outwards first. Distances are exact at the corners of cells and linear
+between them; faces inside of the union of all solids, as where a crate stands on the floor, count for nothing.
+Only blocks of cells that somebody asks about are made, and a scene's blocks are kept for the next
+asking. Network frame.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from ..geometry import MINIMUM_AREA, areas, corners
+from .orientation import outward
+from .solids import Boxed, Surface, free_counts, solid_cells
+
+CELL = 0.02
+BLOCK = 8
+"""Cells along a block's edge: 16 cm."""
+
+BAND = 0.12
+"""Metres beyond which places outside of things are only known to be farther."""
+
+TILE = 8
+"""Blocks along the edge of a tile, whose cells are told inside from outside together."""
+
+PAD = 12
+"""Cells around a tile in which a way out of its solids is looked for."""
+
+KEPT = 4
+"""Scenes whose distances are kept."""
+
+_kept: OrderedDict[tuple, SignedDistance] = OrderedDict()
+
+
+def of(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> SignedDistance:
+    """The distances of triangles (F, 3, 3), those already made where these were asked about before.
+
+    free: (N, 3) places most of which are outside of all solids, see solids.free_counts. floor: height under which
+    all is solid, or None.
+    """
+    triangles = np.ascontiguousarray(triangles, dtype=np.float64)
+    digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
+    turned = next((kept.triangles for key, kept in _kept.items() if key[0] == digest), None)
+    if turned is None:
+        turned = outward(triangles)
+    outside = tuple(free_counts(Boxed.of(turned), free)) if len(turned) else ()
+    key = digest, outside, floor
+    if key not in _kept:
+        _kept[key] = SignedDistance(turned, outside, floor)
+    _kept.move_to_end(key)
+    while len(_kept) > KEPT:
+        _kept.popitem(last=False)
+    return _kept[key]
+
+
+class SignedDistance:
+    """Blocks of (BLOCK + 1)^3 corner values, made as they are asked about."""
+
+    def __init__(self, triangles: np.ndarray, outside: tuple[int, ...], floor: float | None = None) -> None:
+        """triangles: (F, 3, 3) facing outwards. outside: as solids.free_counts gives it. floor: see of."""
+        self.triangles, self._outside, self._floor = triangles, list(outside), floor
+        self._empty = len(triangles) == 0 or float(areas(triangles).sum()) < MINIMUM_AREA
+        if self._empty:
+            return
+        self._scene = Boxed.of(triangles)
+        low, high = corners(triangles)
+        low, high = low - 2 * BAND, high + 2 * BAND
+        self._low = np.floor(low / (CELL * BLOCK)) * (CELL * BLOCK)
+        self._shape = np.ceil((high - self._low) / (CELL * BLOCK)).astype(int) + 1
+        self._number = np.zeros(self._shape, np.int32)  # of a block's values; 0: not made
+        self._values = np.full((1, *[BLOCK + 1] * 3), BAND, np.float32)
+        self._surface = Surface(triangles)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of all blocks."""
+        return 0 if self._empty else self._values.nbytes + self._number.nbytes
+
+    def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances (N,) in metres, at most BAND, and the directions (N, 3) in which they grow, of points (N, 3)."""
+        points = np.asarray(points, dtype=np.float64)
+        distance, slope = np.full(len(points), BAND), np.zeros((len(points), 3))
+        if self._empty or len(points) == 0:
+            return distance, slope
+        at = (points - self._low) / (CELL * BLOCK)
+        block = np.floor(at).astype(int)
+        some = np.flatnonzero(((block >= 0) & (block < self._shape)).all(-1))
+        if len(some) == 0:
+            return distance, slope
+        block = block[some]
+        self._make(block)
+        number = self._number[tuple(block.T)]
+        local = (at[some] - block) * BLOCK
+        cell = np.minimum(local.astype(int), BLOCK - 1)
+        distance[some], slope[some] = _trilinear(self._values, number, cell, local - cell)
+        return distance, slope
+
+    def _make(self, blocks: np.ndarray) -> None:
+        """Makes those of the blocks (N, 3) that are not made yet, tile by tile."""
+        flat = np.unique(np.ravel_multi_index(tuple(blocks.T), self._shape))
+        flat = flat[self._number.reshape(-1)[flat] == 0]
+        if len(flat) == 0:
+            return
+        wanted = np.stack(np.unravel_index(flat, self._shape), -1)
+        _, tile = np.unique(wanted // TILE, axis=0, return_inverse=True)
+        tile = tile.reshape(-1)
+        made = []
+        for number in range(int(tile.max()) + 1):
+            made.append(self._tile(wanted[tile == number]))
+        first = len(self._values)
+        order = np.concatenate([np.flatnonzero(tile == number) for number in range(int(tile.max()) + 1)])
+        self._number.reshape(-1)[flat[order]] = first + np.arange(len(flat))
+        self._values = np.concatenate([self._values, *made])
+
+    def _tile(self, blocks: np.ndarray) -> np.ndarray:
+        """Values (N, 9, 9, 9) of blocks (N, 3) of one tile."""
+        steps = np.stack(np.meshgrid(*[np.arange(BLOCK + 1)] * 3, indexing="ij"), -1)
+        corner = (blocks.min(0) * BLOCK) * CELL + self._low
+        local = ((blocks - blocks.min(0)) * BLOCK)[:, None, None, None] + steps
+        local = local.reshape(-1, 3)
+        solid = self._solid(corner - PAD * CELL, local.max(0) + 1 + 2 * PAD)
+        inside = solid[tuple((local + PAD).T)]
+        points = corner + local * CELL
+        near = np.flatnonzero(inside | self._surface.candidates(points, BAND))
+        distance = np.full(len(points), BAND)
+        distance[near] = np.minimum(
+            self._surface.nearest(points[near])[0], np.where(inside[near], np.inf, BAND)
+        )
+        if self._floor is not None:
+            distance = np.minimum(distance, np.abs(points[:, 1] - self._floor))
+        if inside.any() and not solid.all():
+            distance[inside] = _seen_from_outside(solid, (local + PAD)[inside], distance[inside])
+        return np.where(inside, -distance, distance).reshape(len(blocks), *[BLOCK + 1] * 3).astype(np.float32)
+
+    def _solid(self, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
+        """Which corners (X, Y, Z) from low (3,) on are inside of something, or under the floor."""
+        solid = solid_cells(self._scene, low - CELL / 2, shape, self._outside, CELL)
+        if self._floor is not None:
+            under = low[1] + np.arange(shape[1]) * CELL < self._floor - CELL / 1000
+            solid = solid | under[None, :, None]
+        return solid
+
+
+def _seen_from_outside(solid: np.ndarray, at: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Distances (N,) of solid corners at (N, 3) to the surface of all solids together; those of hidden faces mended."""
+    low, high = np.maximum(at.min(0) - PAD, 0), at.max(0) + PAD + 1
+    part = solid[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+    if part.all():
+        return distance
+    away = distance_transform_edt(part)[tuple((at - low).T)] * CELL
+    return np.where(distance < away - 1.75 * CELL, away - CELL / 2, distance)
+
+
+def _trilinear(
+    values: np.ndarray, number: np.ndarray, cell: np.ndarray, share: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values (N,) and slopes (N, 3), per metre, inside cells (N, 3) of blocks (N,) at shares (N, 3) from 0 to 1."""
+    side = BLOCK + 1
+    base = ((number * side + cell[:, 0]) * side + cell[:, 1]) * side + cell[:, 2]
+    flat = values.reshape(-1)
+    corner = {
+        (i, j, k): flat[base + (i * side + j) * side + k] for i in (0, 1) for j in (0, 1) for k in (0, 1)
+    }
+    x, y, z = share.T
+    along_z = {(i, j): corner[i, j, 0] * (1 - z) + corner[i, j, 1] * z for i in (0, 1) for j in (0, 1)}
+    along_y = {i: along_z[i, 0] * (1 - y) + along_z[i, 1] * y for i in (0, 1)}
+    result = along_y[0] * (1 - x) + along_y[1] * x
+    dz = {
+        i: (corner[i, 0, 1] - corner[i, 0, 0]) * (1 - y) + (corner[i, 1, 1] - corner[i, 1, 0]) * y
+        for i in (0, 1)
+    }
+    dy = {i: along_z[i, 1] - along_z[i, 0] for i in (0, 1)}
+    slope = np.stack([along_y[1] - along_y[0], dy[0] * (1 - x) + dy[1] * x, dz[0] * (1 - x) + dz[1] * x], -1)
+    return result, slope / CELL

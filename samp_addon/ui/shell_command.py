@@ -1,0 +1,40 @@
+"""`blender --command samp OPTIONS`: the batch of the installed extension, with the options of bake.py."""
+
+from __future__ import annotations
+
+import atexit
+import sys
+
+import bpy
+
+from .. import dependencies
+
+NAME = "samp"
+_registered: list[object] = []
+
+
+def run(arguments: list[str]) -> int:
+    """What the command does; returns its exit status."""
+    try:
+        from ..batch import main
+    except ImportError as error:
+        print(f"bake: {dependencies.sentence(error) or error}", file=sys.stderr)
+        return 2
+    try:
+        return main.main(arguments)
+    except SystemExit as stop:  # --help; Blender would take it for a crash of the command
+        return int(stop.code or 0)
+
+
+def register() -> None:
+    """Makes the command known."""
+    _registered.append(bpy.utils.register_cli_command(NAME, run))
+    # Blender 4.2 to 4.5 fall over at exit if a command of Python's is still known then.
+    atexit.register(unregister)
+
+
+def unregister() -> None:
+    """Forgets the command."""
+    atexit.unregister(unregister)
+    while _registered:
+        bpy.utils.unregister_cli_command(_registered.pop())

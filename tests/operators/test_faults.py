@@ -1,0 +1,57 @@
+"""What an artist's file can be like: it works, or one clear sentence says what to do; nothing of theirs changes."""
+
+from __future__ import annotations
+
+import bpy
+import fakes
+import fault_characters
+import fault_files
+import fault_moments
+import fault_program
+import fault_scenes
+import fault_targets
+import faults
+import pytest
+import samp_blender
+from samp_blender.samp_addon.methods.samp import goals
+from samp_blender.samp_addon.pipeline import chain
+from samp_blender.samp_addon.refine import refinement as optimiser
+
+PARTS = (fault_scenes, fault_targets, fault_characters, fault_moments, fault_files, fault_program)
+CASES = tuple(case for part in PARTS for case in part.CASES)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _registered():
+    samp_blender.register()
+    yield
+    samp_blender.unregister()
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """The room as a file, and where its human stands."""
+    path = tmp_path_factory.mktemp("room") / "room.blend"
+    return path, faults.build(path)
+
+
+@pytest.fixture
+def room(saved, tmp_path):
+    path, start = saved
+    bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+    bpy.context.preferences.edit.use_global_undo = True
+    return faults.Room(tmp_path, start)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_it_works_or_says_what_to_do(room, case, monkeypatch):
+    if not case.networks:
+        monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+        monkeypatch.setattr(goals, "sample_goals", fakes.sample_goals)
+        monkeypatch.setattr(optimiser, "refine", fakes.refine)
+    case.run(room)
+
+
+def test_there_are_enough_of_them():
+    assert len({case.name for case in CASES}) == len(CASES) >= 60

@@ -1,0 +1,114 @@
+"""What is said of packages that are missing or broken, in the preferences, by operators and by the batch."""
+
+from __future__ import annotations
+
+import sys
+
+import bpy
+import pytest
+from samp_blender.samp_addon import dependencies
+from samp_blender.samp_addon.dependencies import Package
+from samp_blender.samp_addon.ui import preferences, shell_command
+
+THERE = Package("numpy", "numpy", "anything")
+ABSENT = Package("no_such_package", "no-such-package", "anything")
+
+
+def raised(work):
+    try:
+        work()
+    except Exception as error:
+        return error
+    raise AssertionError("nothing was raised")
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("raise ModuleNotFoundError('x', name='torch.nn')", "'torch' is missing"),
+        ("raise ModuleNotFoundError('x', name='scipy')", "'scipy' is missing"),
+        ("raise ModuleNotFoundError('x', name='cv2')", None),
+        ("open('/no/such/file')", None),
+        ("1 / 0", None),
+    ],
+)
+def test_sentences(source, told):
+    said = dependencies.sentence(raised(lambda: exec(source)))
+    assert said is None if told is None else told in said and "Preferences" in said
+
+
+@pytest.mark.parametrize("source", ["raise OSError('c10.dll\\nis missing')", "raise ImportError('bad ELF')"])
+def test_a_package_that_does_not_load(monkeypatch, tmp_path, source):
+    (tmp_path / "safetensors").mkdir()
+    (tmp_path / "safetensors" / "__init__.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "safetensors", raising=False)
+    said = dependencies.sentence(raised(lambda: __import__("safetensors")))
+    assert "'safetensors' cannot be loaded (" in said and "\n" not in said
+
+
+def test_versions_are_told_without_importing():
+    assert THERE.present and THERE.version and not ABSENT.present and ABSENT.version == ""
+
+
+@pytest.mark.parametrize(
+    ("names", "lines"),
+    [
+        (["torch"], ["-m pip install --target F torch"]),
+        (["scipy", "packaging"], ["-m pip install --target F --no-deps scipy packaging"]),
+        (["scipy", "torch"], ["--target F torch", "--no-deps scipy"]),
+    ],
+)
+def test_install_commands(names, lines):
+    packages = [Package(name, name, "") for name in names]
+    made = dependencies.install_commands("py", "F", packages)
+    made = [line.replace('"', "") for line in made if "ensurepip" not in line]
+    assert len(made) == len(lines)
+    assert all(line.endswith(end) for line, end in zip(made, lines, strict=True))
+
+
+class Layout:
+    """Writes down what a panel would show."""
+
+    def __init__(self):
+        self.shown = []
+
+    def column(self):
+        return self
+
+    def label(self, text="", icon="NONE"):
+        self.shown.append(text)
+
+    def operator(self, name, icon="NONE"):
+        self.shown.append(name)
+
+
+@pytest.mark.parametrize("absent", [(), (ABSENT,)])
+def test_preferences(monkeypatch, absent):
+    monkeypatch.setattr(dependencies, "PACKAGES", (THERE, *absent))
+    preferences._found.cache_clear()
+    shown = Layout()
+    drawn = type("Drawn", (), {"layout": shown})()
+    preferences.SAMP_AP_preferences.draw(drawn, bpy.context)
+    preferences._found.cache_clear()
+    assert f"numpy: {THERE.version}" in shown.shown
+    assert ("samp.copy_install_commands" in shown.shown) is bool(absent)
+    assert any("missing: without it no anything" in line for line in shown.shown) is bool(absent)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [(["--help"], 0, "--jobs"), ([], 2, "--action"), (["--action", "sit"], 2, "--target")],
+)
+def test_the_command_has_the_options_of_the_batch(capsys, arguments, status, said):
+    assert shell_command.run(arguments) == status
+    told = capsys.readouterr()
+    assert said in told.out + told.err and "Traceback" not in told.err
+
+
+def test_the_command_is_known_and_forgotten():
+    for _ in range(2):
+        shell_command.register()
+        assert shell_command._registered
+        shell_command.unregister()
+        assert not shell_command._registered

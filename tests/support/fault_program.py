@@ -1,0 +1,101 @@
+"""Odd installations: weights missing or damaged, no torch, no body."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from unittest import mock
+
+import bpy
+from faults import Case, Press, Room, nothing, sit
+from samp_blender.models import weights
+from samp_blender.samp_addon.body import human
+from samp_blender.samp_addon.methods.samp import goals
+from samp_blender.samp_addon.methods.samp.rollout import generator
+
+
+def with_weights(damage: Press) -> Press:
+    """Sit Here with the real networks, whose files are a damaged copy."""
+
+    def go(room: Room) -> object:
+        folder = room.files / "weights"
+        folder.mkdir()
+        for path in weights.FOLDER.iterdir():
+            if path.suffix in (".safetensors", ".sha256"):
+                (folder / path.name).write_bytes(path.read_bytes())
+        damage(folder)
+        read = weights.load_weights
+        with (
+            mock.patch.object(weights, "FOLDER", folder),
+            mock.patch.object(weights, "load_weights", lambda name, _=None: read(name, folder)),
+            fresh(generator.load_network, goals._network),
+        ):
+            return sit(room)
+
+    return go
+
+
+def missing(name: str):
+    return lambda folder: (folder / name).unlink()
+
+
+def cut(name: str):
+    return lambda folder: (folder / name).write_bytes((folder / name).read_bytes()[:1000])
+
+
+def bit(name: str):
+    def damage(folder: Path) -> None:
+        data = bytearray((folder / name).read_bytes())
+        data[-7] ^= 1
+        (folder / name).write_bytes(bytes(data))
+
+    return damage
+
+
+def without_torch(room: Room) -> object:
+    """As in the build that leaves torch out."""
+    with mock.patch.dict(sys.modules, {"torch": None}), fresh(generator.load_network, goals._network):
+        return sit(room)
+
+
+def without_body(room: Room) -> object:
+    with mock.patch.object(human, "ASSET", room.files / "human.npz"), fresh(human.load):
+        return bpy.ops.samp.create_character("EXEC_DEFAULT", True)
+
+
+@contextlib.contextmanager
+def fresh(*kept: object) -> Iterator[None]:
+    """What was loaded before is loaded again inside, and once more after."""
+    for function in kept:
+        function.cache_clear()
+    try:
+        yield
+    finally:
+        for function in kept:
+            function.cache_clear()
+
+
+CASES = (
+    *(
+        Case(
+            f"{how} {name}",
+            nothing,
+            told="install the add-on again",
+            networks=True,
+            press=with_weights(damage(f"{name}.safetensors")),
+        )
+        for name in ("motion_net", "goal_net")
+        for how, damage in (("missing", missing), ("cut", cut), ("bit of", bit))
+    ),
+    Case(
+        "missing checksum",
+        nothing,
+        told="install the add-on again",
+        networks=True,
+        press=with_weights(missing("motion_net.sha256")),
+    ),
+    Case("no torch", nothing, told="[Tt]orch", press=without_torch, networks=True),
+    Case("no body file", nothing, told="install the add-on again", press=without_body),
+)
