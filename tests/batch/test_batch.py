@@ -5,43 +5,17 @@ from __future__ import annotations
 import json
 import os
 import runpy
-import subprocess
 import sys
-from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-import rooms
-
-ROOT = Path(__file__).resolve().parents[2]
-FAKES = ROOT / "tests" / "support" / "bake_with_fakes.py"
-
-
-@pytest.fixture(scope="module")
-def room(tmp_path_factory):
-    """A room as a .blend, and its start."""
-    path = tmp_path_factory.mktemp("room") / "room.blend"
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    start = rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
-    return path, [str(round(v, 4)) for v in start]
-
-
-def bake(*arguments, script=FAKES, cwd=None):
-    """Runs the batch; returns its status, standard output and standard error."""
-    command = [sys.executable, str(script), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
-    return done.returncode, done.stdout, done.stderr
+from batch_runs import ROOT, bake, load
 
 
 def states(said):
     """What became of each job of a file, without the lines of their takes."""
     return [line.split(" ", 2)[2] for line in said.splitlines() if " take " not in line]
-
-
-def load(path):
-    return json.loads(Path(path).read_text())
 
 
 def test_one_job(room, tmp_path):

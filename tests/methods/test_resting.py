@@ -7,7 +7,7 @@ from samp_blender.samp_addon.methods.samp.finishing.resting import GIVE, Resting
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
-from test_samp import box
+from shapes import box
 
 FRAMES, SEAT, MATTRESS = 40, 0.45, 0.5
 SIT = Goal(np.array([0.0, SEAT + SEAT_TO_PELVIS, 0.0]), np.array([0.0, 0.0, 1.0]), "sit")

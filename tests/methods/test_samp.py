@@ -10,27 +10,7 @@ from samp_blender.samp_addon.methods.samp.request import Request
 from samp_blender.samp_addon.methods.samp.rollout import generator, tracking
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.seats.seats import find_goals
-
-
-def box(low, high):
-    """Triangles (12, 3, 3) of a box."""
-    corners = np.array(
-        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    )
-    faces = [
-        (0, 1, 3),
-        (0, 3, 2),
-        (4, 6, 7),
-        (4, 7, 5),
-        (0, 4, 5),
-        (0, 5, 1),
-        (2, 3, 7),
-        (2, 7, 6),
-        (0, 2, 6),
-        (0, 6, 4),
-    ]
-    return corners[np.array([*faces, (1, 5, 7), (1, 7, 3)])].astype(float)
-
+from shapes import box
 
 CHAIR = np.concatenate(
     [box((-0.25, 0.0, -0.25), (0.25, 0.43, 0.2)), box((-0.25, 0.43, -0.25), (0.25, 0.9, -0.2))]

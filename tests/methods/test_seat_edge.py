@@ -6,7 +6,7 @@ from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.methods.samp.finishing.seat_edge import MOST, SHIN, SeatFront
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
-from test_samp import box
+from shapes import box
 
 GOAL = Goal(np.array([0.0, 0.43 + 0.18, 0.0]), np.array([0.0, 0.0, 1.0]))
 ROW = np.concatenate([GOAL.position, GOAL.direction, [0, 0, 0, 1, 0]])

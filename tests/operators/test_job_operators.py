@@ -22,6 +22,7 @@ from samp_blender.samp_addon.blender.thread_run import Cancelled, ThreadRun
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.pipeline import chain
 from samp_blender.samp_addon.pipeline.job import Job
+from screen import Screen
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -203,32 +204,6 @@ def test_beside_a_window_failures_and_a_lost_character_say_so(start):
     bpy.data.objects.remove(bpy.data.objects["Human"])
     with pytest.raises(SampError, match="gone"):
         run.finish(bpy.context)
-
-
-class Screen:
-    """What a modal operator asks of Blender's window."""
-
-    def __init__(self):
-        self.timers, self.status, self.window, self.windows = [], None, None, []
-        self.window_manager = self.workspace = self
-
-    def __getattr__(self, name):
-        return getattr(bpy.context, name)
-
-    def event_timer_add(self, step, window):
-        self.timers.append(step)
-        return step
-
-    def event_timer_remove(self, timer):
-        self.timers.remove(timer)
-
-    def status_text_set(self, text):
-        self.status = text
-
-    def progress_begin(self, low, high):
-        pass
-
-    progress_update = progress_end = modal_handler_add = lambda self, *_: None
 
 
 def pressed(job):

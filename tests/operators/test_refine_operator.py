@@ -25,7 +25,7 @@ from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.refine import refinement as optimiser
 from samp_blender.samp_addon.refine.refinement import Settings
 from samp_blender.tests.support import rigs
-from test_job_operators import Screen
+from screen import Screen
 
 FRAMES = 60
 KNEE = 'pose.bones["left_knee"].rotation_quaternion'

@@ -10,24 +10,14 @@ import pytest
 import rooms
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.evaluation import metrics
-from samp_blender.samp_addon.methods.take import Situation, Tools
+from samp_blender.samp_addon.methods.take import Tools
 from samp_blender.samp_addon.pipeline import chain
 from samp_blender.samp_addon.pipeline.chain import synthesise
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
+from situations import situation
 
 SIT = Job(action="sit", target="Sofa", hold=1.5)
-
-
-def situation(room, **changes):
-    pieces = [("Floor", room.floor)] + [(piece.name, piece.triangles) for piece in room.pieces]
-    made = Situation(
-        SceneGeometry.from_objects(pieces),
-        room.target.triangles,
-        (room.target.name,),
-        (room.start, room.start_yaw),
-    )
-    return replace(made, **changes)
 
 
 @pytest.fixture(scope="module")

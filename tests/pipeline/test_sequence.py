@@ -10,7 +10,7 @@ from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.methods.take import Tools
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.pipeline.steps import synthesise_steps
-from test_chain import situation
+from situations import situation
 
 JOB = Job(action="sit", target="Sofa", hold=1.5, seed=5, variants=2)
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bodies import FLOOR, standing
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.refine import standing as feet_standing
 from samp_blender.samp_addon.refine import weight
 from samp_blender.samp_addon.refine.field import Field
-from test_refine import FLOOR, standing
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from clips import clip
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene.geometry import sample_surface
@@ -13,8 +14,7 @@ from samp_blender.training.composition.runs import RunComposer
 from samp_blender.training.composition.stitch import WalkIndex
 from samp_blender.training.mocap import augment, events, natural
 from samp_blender.training.mocap.clip_files import FPS
-from test_motion_data import clip
-from test_samp import box
+from shapes import box
 
 JOINTS = skeleton.INDEX
 

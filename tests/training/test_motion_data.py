@@ -4,32 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from samp_blender.samp_addon import rotation, skeleton
+from clips import clip
+from samp_blender.samp_addon import skeleton
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.seats.postures import BED_TO_PELVIS
 from samp_blender.training.composition import lies, recline
 from samp_blender.training.composition.sits import Furnishing, collides
 from samp_blender.training.mocap import natural, posture
-from samp_blender.training.mocap.clip_files import FPS, Clip
-from test_samp import box
+from shapes import box
 
 MATTRESS = 0.5
 BED = box((-0.7, 0.0, -1.0), (0.7, MATTRESS, 1.0))
 LYING = Goal(np.array([0.0, MATTRESS + BED_TO_PELVIS, 0.0]), np.array([0.0, 0.0, 1.0]), "lie")
-
-
-def clip(count, root=(0.0, 0.93, 0.0), velocity=(0.0, 0.0, 0.0), yaw=0.0, pose=(), label="walk"):
-    """A pose (joint, degrees about X) that glides at a velocity, m/s, facing yaw."""
-    quats = np.zeros((count, 22, 4))
-    quats[..., 0] = 1
-    for joint, degrees in pose:
-        quats[:, skeleton.INDEX[joint]] = rotation.from_axis_angle(np.radians([degrees, 0.0, 0.0]))
-    quats[:, 0] = rotation.multiply(rotation.about_y(yaw), quats[:, 0])
-    places = np.array(root) + np.arange(count)[:, None] / FPS * np.array(velocity)
-    return Clip(
-        "01_01", places, quats, np.array([label] * count), np.zeros((count, 2)), np.zeros(count, bool)
-    )
 
 
 SITTING = (("left_hip", -85), ("right_hip", -85), ("left_knee", 85), ("right_knee", 85))

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+from batch_runs import bake, load
 from samp_blender.samp_addon.pipeline import job
 from samp_blender.samp_addon.pipeline.job import UsageError
-from test_batch import bake, load, room  # noqa: F401 (a fixture)
 
 OUT = {"report": "r.json"}
 
