@@ -25,9 +25,7 @@ class SAMP_OT_bake(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender.takes import take_files
-
-        return take_files.can_bake(context, cls.poll_message_set)
+        return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.window_manager.fileselect_add(self)
@@ -37,10 +35,10 @@ class SAMP_OT_bake(bpy.types.Operator):
         return outcome.run(self, lambda: self._bake(context))
 
     def _bake(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender.takes import take_files
+        from ..samp_addon.blender.takes import amass_files
 
         path = bpy.path.abspath(self.filepath)
-        armature, action = take_files.bake_file(
+        armature, action = amass_files.import_take(
             context, path, self.character, self.action_name, self.frame_start
         )
         first, last = (int(frame) for frame in action.frame_range)

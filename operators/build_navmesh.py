@@ -47,9 +47,8 @@ class SAMP_OT_build_navmesh(bpy.types.Operator):
 
     def _build(self, context: bpy.types.Context) -> str:
         from ..samp_addon.blender.overlays import steps
-        from ..samp_addon.scene.navmesh.navmesh import Agent
 
-        agent = Agent(self.radius, self.height, self.step, self.slope)
+        agent = steps.Agent(self.radius, self.height, self.step, self.slope)
         shown, mesh = steps.build_navmesh(context, agent, self.cell)
         laid = "; the scene has no floor, so one was assumed" if mesh.laid_ground is not None else ""
         return f"'{shown.name}' shows {mesh.area:.0f} m2 of walkable ground in {len(mesh)} polygons{laid}."

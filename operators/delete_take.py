@@ -27,7 +27,7 @@ class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
         told = self._deleted(take)
         chosen = context.scene.samp.character
         if chosen is not None:
-            take_list.show_some(chosen)
+            take_list.show_remaining(chosen)
         return told
 
     def _deleted(self, take: bpy.types.Action | None) -> str:

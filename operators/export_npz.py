@@ -24,9 +24,7 @@ class SAMP_OT_export_npz(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender.takes import take_files
-
-        return take_files.can_bake(context, cls.poll_message_set)
+        return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.filepath = self.filepath or "take.npz"
@@ -37,9 +35,9 @@ class SAMP_OT_export_npz(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender.takes import take_files
+        from ..samp_addon.blender.takes import amass_files
 
-        path = take_files.export_file(
+        path = amass_files.export_take(
             context, bpy.path.abspath(self.filepath), self.character, self.action_name
         )
         return f"Wrote '{path}'."

@@ -33,9 +33,7 @@ class SAMP_OT_export_take(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender.takes import take_files
-
-        return take_files.can_bake(context, cls.poll_message_set)
+        return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         from ..samp_addon.blender.takes import export

@@ -41,6 +41,18 @@ def in_object_or_pose_mode(operator: type[bpy.types.Operator], context: bpy.type
     return True
 
 
+def has_character(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Return whether the mode allows the operator and the scene has an SMPL-X armature; the tooltip says why not."""
+    from ..samp_addon.blender.character import armature
+
+    if not in_object_or_pose_mode(operator, context):
+        return False
+    if not any(armature.is_smplx(obj) for obj in context.scene.objects):
+        operator.poll_message_set("The scene has no SMPL-X armature; create a character first")
+        return False
+    return True
+
+
 def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Whether an operator that works in Object Mode alone can run; its tooltip says why not."""
     if context.mode != "OBJECT":

@@ -56,7 +56,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
 
     def asked(self) -> dict:
         """What the function beneath is called with."""
-        from ..samp_addon.refine.refinement import Settings
+        from ..samp_addon.blender.actions import refine_action
 
         weights = {name: getattr(self, name) for name in (*WEIGHTS, "strength")}
         return {
@@ -64,7 +64,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
             "action_name": self.action_name,
             "frame_start": self.frame_start if self.use_range else None,
             "frame_end": self.frame_end if self.use_range else None,
-            "settings": Settings(**weights),
+            "settings": refine_action.Settings(**weights),
         }
 
     def at_once(self, context: bpy.types.Context) -> Result:

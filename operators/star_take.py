@@ -14,6 +14,6 @@ class SAMP_OT_star_take(TakeOperator, bpy.types.Operator):
     bl_label = "Star Take"
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
-        from ..samp_addon.blender.takes import take_list
+        from ..samp_addon.blender.actions import notes
 
-        return f"'{take.name}' has {'a' if take_list.star(take) else 'no'} star now."
+        return f"'{take.name}' has {'a' if notes.set_star(take) else 'no'} star now."

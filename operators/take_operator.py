@@ -42,13 +42,14 @@ class TakeOperator:
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action:
         """The take. Raises SampError where there is none."""
+        from ..samp_addon.blender.actions import notes
         from ..samp_addon.blender.takes import take_list
         from ..samp_addon.errors import SampError
 
         name = self.action_name
         if not name:
             data = self.owner(context).animation_data
-            if data is None or not take_list.is_take(data.action):
+            if data is None or not notes.is_take(data.action):
                 raise SampError("The character shows no take; choose one from the list.")
             name = data.action.name
         return take_list.find(name)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..blender.actions import notes
 from ..blender.rigs import bone_table
-from ..blender.takes import take_list
 from . import job_from_settings
 from .panel import InPanel
 
@@ -26,12 +26,12 @@ class SAMP_UL_takes(bpy.types.UIList):
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index) -> None:  # noqa: ANN001, PLR0913
         row = layout.row(align=True)
-        starred = item.get(take_list.STAR_KEY, False)
+        starred = notes.is_starred(item)
         row.operator(
             "samp.star_take", text="", icon="SOLO_ON" if starred else "SOLO_OFF", emboss=False
         ).action_name = item.name
         row.prop(item, "name", text="", emboss=False)
-        numbers = take_list.measures(item)
+        numbers = notes.read_measures(item)
         for key, _ in COLUMNS:
             cell = row.row()
             cell.alignment, cell.active = "RIGHT", False
@@ -41,7 +41,7 @@ class SAMP_UL_takes(bpy.types.UIList):
         actions = getattr(data, name)
         wanted = self.filter_name.lower()
         flags = [
-            self.bitflag_filter_item if take_list.is_take(action) and wanted in action.name.lower() else 0
+            self.bitflag_filter_item if notes.is_take(action) and wanted in action.name.lower() else 0
             for action in actions
         ]
         return flags, []
@@ -144,13 +144,13 @@ def _chosen(settings: bpy.types.PropertyGroup) -> bpy.types.Action | None:
     """The take that is chosen in the list."""
     actions = bpy.data.actions
     action = actions[settings.take_index] if 0 <= settings.take_index < len(actions) else None
-    return action if take_list.is_take(action) else None
+    return action if notes.is_take(action) else None
 
 
 def _draw_measures(layout: bpy.types.UILayout, take: bpy.types.Action) -> None:
     """A take's measures; of a refined one also those from before."""
-    numbers = take_list.measures(take)
-    before = take_list.measures(take, take_list.BEFORE_KEY)
+    numbers = notes.read_measures(take)
+    before = notes.read_measures(take, notes.BEFORE_KEY)
     column = layout.column(align=True)
     column.scale_y = 0.8
     for key, text, unit in TOLD:

@@ -51,13 +51,14 @@ def _shown_take(settings: bpy.types.PropertyGroup) -> int:
 
 def _show_take(settings: bpy.types.PropertyGroup, number: int) -> None:
     """A click on a take in the list shows it on the character."""
+    from ..blender.actions import notes
     from ..blender.character import armature
     from ..blender.takes import take_list
     from ..errors import SampError
     from . import job_from_settings
 
     actions = bpy.data.actions
-    if not 0 <= number < len(actions) or not take_list.is_take(actions[number]):
+    if not 0 <= number < len(actions) or not notes.is_take(actions[number]):
         return
     try:
         owner = armature.find(bpy.context, job_from_settings.character_name(settings))

@@ -10,7 +10,7 @@ from samp_blender.operators import OPERATORS, operator_class
 from samp_blender.samp_addon import amass
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
-from samp_blender.samp_addon.blender.takes import take_files
+from samp_blender.samp_addon.blender.takes import amass_files
 from samp_blender.tests.support import rigs
 
 
@@ -47,11 +47,11 @@ def test_bake_and_export_as_their_functions(tmp_path):
     assert bpy.ops.samp.bake(filepath=str(path), frame_start=5) == {"FINISHED"}
     baked = owner.animation_data.action
     assert baked.name == "wave" and tuple(baked.frame_range) == (5, 24)
-    _, other = take_files.bake_file(bpy.context, str(path), frame_start=5)
+    _, other = amass_files.import_take(bpy.context, str(path), frame_start=5)
     one, two = keyframes.read_motion(owner, baked), keyframes.read_motion(owner, other)
     assert np.array_equal(one.root, two.root) and np.array_equal(one.rotations, two.rotations)
     assert bpy.ops.samp.export_npz(filepath=str(tmp_path / "out.npz"), action_name="wave") == {"FINISHED"}
-    take_files.export_file(bpy.context, str(tmp_path / "same.npz"), action_name="wave")
+    amass_files.export_take(bpy.context, str(tmp_path / "same.npz"), action_name="wave")
     again, same = amass.read_amass(tmp_path / "out.npz"), amass.read_amass(tmp_path / "same.npz")
     assert np.array_equal(again.root, same.root) and np.array_equal(again.rotations, same.rotations)
     assert np.abs(again.root - take.root).max() < 1e-5

@@ -8,10 +8,10 @@ import bpy
 import pytest
 import samp_blender
 from samp_blender.operators.refine import SAMP_OT_refine
-from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.scene import read_scene
-from samp_blender.samp_addon.blender.takes import export, take_list
+from samp_blender.samp_addon.blender.takes import export
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel
 from samp_blender.tests.support import rigs
 
@@ -131,7 +131,7 @@ def test_refine_shows_its_options_and_the_cushion():
 def test_a_chosen_take_tells_its_measures():
     owner = character.create_character(bpy.context)
     action = baked(owner)
-    take_list.remember_measures(action, {"position_error_cm": 1.0}, {"position_error_cm": 3.0})
+    notes.write_measures(action, {"position_error_cm": 1.0}, {"position_error_cm": 3.0})
     other = baked(owner)
     settings = bpy.context.scene.samp
     settings.character = owner
@@ -159,7 +159,7 @@ def test_the_bone_table_is_drawn_where_there_is_one():
     owner = rigs.make("meshcapade")
     bpy.context.view_layer.objects.active = owner
     assert drawn(lists.SAMP_PT_rig) == ["samp.carry_to_rig", "samp.guess_rig_map"]
-    row = getattr(owner, lists.rig_table.TABLE).add()
+    row = getattr(owner, lists.bone_table.TABLE).add()
     row.joint = "pelvis"
     assert drawn(lists.SAMP_PT_rig)[-1] == "SAMP_UL_rig_map"
 

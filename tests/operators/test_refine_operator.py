@@ -15,10 +15,9 @@ import samp_blender
 from samp_blender.operators import refine as operator
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.blender import compat
-from samp_blender.samp_addon.blender.actions import keyframes, refine_action, rekeying
+from samp_blender.samp_addon.blender.actions import keyframes, notes, refine_action, rekeying
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.scene import read_scene
-from samp_blender.samp_addon.blender.takes import measure
 from samp_blender.samp_addon.blender.thread_run import Cancelled
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.motion import Goal, Motion
@@ -50,7 +49,7 @@ def owner():
     rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
     made = character.create_character(bpy.context)
     keyframes.write_motion(made, take(), "Take")
-    measure.remember_goal(made.animation_data.action, Goal(np.array([0, 0.9, 1]), np.array([0, 0, 1.0])))
+    notes.write_goal(made.animation_data.action, Goal(np.array([0, 0.9, 1]), np.array([0, 0, 1.0])))
     return made
 
 
@@ -100,7 +99,7 @@ def test_a_new_action_beside_the_old_one(owner):
     wanted = fakes.refine(shown, SimpleNamespace(triangles=[0])).motion
     np.testing.assert_allclose(again.root, wanted.root, atol=1e-5)
     assert np.abs(np.sum(again.rotations * wanted.rotations, axis=-1)).min() > 1 - 1e-9
-    assert measure.remembered_goal(new).position == pytest.approx([0, 0.9, 1])
+    assert notes.read_goal(new).position == pytest.approx([0, 0.9, 1])
     assert (new["samp"]["frame_end"], tuple(new.frame_range)) == (FRAMES, (1, FRAMES))
 
 
@@ -388,9 +387,9 @@ def test_an_armature_without_a_body_says_so():
     rig = rigs.make("mpi", skeleton.default_rest_joints() * 1.1)
     keyframes.write_motion(rig, take())
     plan = refine_action.read(bpy.context)
-    assert plan.notes == ("'SMPLX' has no body surface; the default human was fitted to its bones.",)
+    assert plan.remarks == ("'SMPLX' has no body surface; the default human was fitted to its bones.",)
     np.testing.assert_allclose(plan.body.joints, skeleton.default_rest_joints() * 1.1, atol=1e-6)
-    assert plan.notes[0] in refine_action.sentence(run())
+    assert plan.remarks[0] in refine_action.sentence(run())
 
 
 def test_what_the_artist_is_told(owner):

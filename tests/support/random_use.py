@@ -13,7 +13,7 @@ import numpy as np
 import rooms
 from samp_blender.operators import OPERATORS, operator_class
 from samp_blender.samp_addon.blender import compat
-from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.motion import Motion
 
@@ -50,7 +50,7 @@ def build() -> None:
     still = np.tile([1.0, 0, 0, 0], (20, 22, 1))
     root = np.tile([1.5, 0.93, 1.5], (20, 1))
     mine = keyframes.write_motion(owner, Motion(root, still), "Mine", scene=scene, activate=False)
-    del mine[keyframes.NOTES]  # made by hand: none of our takes
+    del mine[notes.MOTION_KEY]  # made by hand: none of our takes
     compat.assign(owner, mine)
     click("Sofa")
 

@@ -14,9 +14,8 @@ from ...errors import SampError
 from ...motion import Motion
 from ...rotation import turned
 from .. import compat
-from ..character.armature import Calibration, calibrate
-from ..takes.take_list import NOTES
-from . import channels
+from ..character.armature import Calibration, calibrate, find
+from . import channels, notes
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def write_motion(
         path = f'pose.bones["{bpy.utils.escape_identifier(channel.bone)}"].{channel.path}'
         for k in range(channel.values.shape[1]):
             writer.add(path, k, times[: len(channel.values)], channel.values[:, k], channel.bone)
-    action[NOTES] = _notes(motion, frame_start)
+    notes.write_motion(action, motion, frame_start)
     if activate:
         activate_action(armature, action)
     return action
@@ -148,16 +147,22 @@ def _border(calibration: Calibration) -> np.ndarray:
     )
 
 
-def _notes(motion: Motion, frame_start: int) -> dict:
-    """What read_motion cannot see in keyframes."""
-    notes = {"frame_start": frame_start, "frame_end": frame_start + len(motion) - 1}
-    if motion.interaction_start is not None:
-        notes["interaction_start"] = frame_start + motion.interaction_start
-    for key in ("contacts", "actions"):
-        values = getattr(motion, key)
-        if values is not None:
-            notes[key] = values.astype(float).ravel().tolist()
-    return notes
+def action_of(armature: bpy.types.Object, name: str = "") -> bpy.types.Action:
+    """Return the Action of this name, or the armature's active one. Raise SampError where there is none."""
+    data = armature.animation_data
+    action = bpy.data.actions.get(name) if name else data and data.action
+    if action is None:
+        problem = f"There is no Action '{name}'" if name else f"'{armature.name}' has no Action"
+        raise SampError(f"{problem}; generate or choose a take first.")
+    return action
+
+
+def find_action(
+    context: bpy.types.Context, character: str = "", name: str = ""
+) -> tuple[bpy.types.Object, bpy.types.Action]:
+    """Return a character (see armature.find) and its Action (see action_of). Raise SampError where there is none."""
+    owner = find(context, character)
+    return owner, action_of(owner, name)
 
 
 def read_motion(
@@ -174,10 +179,7 @@ def read_motion(
     Action.
     """
     scene = scene or bpy.context.scene
-    data = armature.animation_data
-    action = action or (data.action if data else None)
-    if action is None:
-        raise SampError(f"'{armature.name}' has no Action; generate or choose a take first.")
+    action = action or action_of(armature)
     calibration = calibrate(armature)
     start = int(np.floor(action.frame_range[0])) if frame_start is None else frame_start
     end = int(np.ceil(action.frame_range[1])) if frame_end is None else frame_end
@@ -193,7 +195,7 @@ def read_motion(
         rotations=rotation.continuous(turned(own, calibration.axes.T)),
         fps=frames_per_second(scene),
         rest_joints=calibration.rest_joints,
-        **_noted(action, start, end),
+        **notes.read_motion(action, start, end),
     )
 
 
@@ -259,20 +261,3 @@ def _sampled(curve: bpy.types.FCurve, times: np.ndarray) -> np.ndarray:
         if len(keys) == 1 or np.array_equal(places[:, 0], times):
             return places[:, 1]
     return np.array([curve.evaluate(time) for time in times])
-
-
-def _noted(action: bpy.types.Action, start: int, end: int) -> dict:
-    """Contacts, actions and the interaction's start, where the Action carries them for all these frames."""
-    notes = action.get(NOTES)
-    if notes is None or start < notes["frame_start"] or end > notes["frame_end"]:
-        return {}
-    chosen = slice(start - notes["frame_start"], end + 1 - notes["frame_start"])
-    total = notes["frame_end"] - notes["frame_start"] + 1
-    result = {
-        key: np.array(notes[key][:], dtype=np.float64).reshape(total, -1)[chosen]
-        for key in ("contacts", "actions")
-        if key in notes
-    }
-    if start <= notes.get("interaction_start", start - 1) <= end:
-        result["interaction_start"] = notes["interaction_start"] - start
-    return result

@@ -24,9 +24,8 @@ from .. import compat
 from ..character import armature
 from ..character.character import body_of, has_surface
 from ..scene import read_scene
-from ..takes import measure, take_list
 from ..thread_run import ThreadRun, one_slice
-from . import keyframes, rekeying
+from . import keyframes, notes, rekeying
 
 SUFFIX = " refined"
 LONGEST_NAME = 63
@@ -51,7 +50,7 @@ Refine = Callable[..., Refined]
 
 @dataclass(frozen=True)
 class Plan:
-    """What is refined. motion: of the Action's frames from frame_start on. notes: sentences for the artist."""
+    """What is refined. motion: of the Action's frames from frame_start on. remarks: sentences for the artist."""
 
     owner: bpy.types.Object
     action: bpy.types.Action
@@ -61,16 +60,16 @@ class Plan:
     goal: Goal | None
     body: Human
     settings: Settings
-    notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Result:
-    """The new Action, and what the optimiser tells of it. notes: sentences for the artist."""
+    """The new Action, and what the optimiser reports. remarks: sentences for the artist."""
 
     action: bpy.types.Action
     refined: Refined
-    notes: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 def run(
@@ -124,26 +123,26 @@ def read(
     Without frames all of the Action is refined. Raises SampError where there is no such character or Action, where
     the Action cannot be read or written, and, naming bone and frame, where it holds what is no number.
     """
-    owner, action = measure.find_take(context, character, action_name)
+    owner, action = keyframes.find_action(context, character, action_name)
     keyframes.refuse_locked(owner)
     _refuse_broken(owner, action)
     start, end = _range(action, frame_start, frame_end)
     _refuse_moving_object(owner, action, np.arange(start, end + 1))
     people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
     scene = read_scene.read_scene(context, people)
-    notes = ()
+    remarks = ()
     if not has_surface(context, owner):
-        notes = (f"'{owner.name}' has no body surface; the default human was fitted to its bones.",)
+        remarks = (f"'{owner.name}' has no body surface; the default human was fitted to its bones.",)
     return Plan(
         owner=owner,
         action=action,
         motion=keyframes.read_motion(owner, action, start, end, context.scene),
         frame_start=start,
-        surroundings=surroundings(context, scene, measure.remembered_ground(action)),
-        goal=measure.remembered_goal(action) if end >= _take_end(action) else None,
+        surroundings=surroundings(context, scene, notes.read_ground(action)),
+        goal=notes.read_goal(action) if end >= notes.take_end(action) else None,
         body=body_of(owner),
         settings=settings or Settings(),
-        notes=notes,
+        remarks=remarks,
     )
 
 
@@ -171,8 +170,8 @@ def write(context: bpy.types.Context, plan: Plan, refined: Refined) -> Result:
     if plan.action.library is None:
         plan.action.use_fake_user = True  # even where another Action was the active one
     keyframes.activate_action(plan.owner, new, slot)
-    take_list.remember_measures(new, refined.after, refined.before)
-    return Result(new, refined, plan.notes)
+    notes.write_measures(new, refined.after, refined.before)
+    return Result(new, refined, plan.remarks)
 
 
 def sentence(result: Result) -> str:
@@ -183,7 +182,7 @@ def sentence(result: Result) -> str:
         for name, key, unit, scale in _NUMBERS
         if key in refined.before and key in refined.after
     ]
-    told = [f"'{result.action.name}': {', '.join(changes) or 'refined'}.", *result.notes, *refined.notes]
+    told = [f"'{result.action.name}': {', '.join(changes) or 'refined'}.", *result.remarks, *refined.notes]
     said = any("deep in the scene" in note for note in refined.notes)  # by the optimiser itself
     if refined.unsolved > UNSOLVED and not said:
         told.append(f"The body is still {refined.unsolved * 100:.0f} cm deep in the scene somewhere.")
@@ -199,12 +198,6 @@ def _range(action: bpy.types.Action, start: int | None, end: int | None) -> tupl
     if end < start:
         raise SampError(f"Of these frames '{action.name}' has none; choose some from {first} to {last}.")
     return start, end
-
-
-def _take_end(action: bpy.types.Action) -> int:
-    """The frame in which the goal is to be reached: the take's last one, however long other keys go on."""
-    noted = action.get(keyframes.NOTES)
-    return int(np.floor(action.frame_range[1])) if noted is None else int(noted["frame_end"])
 
 
 def _new_name(action: bpy.types.Action) -> str:

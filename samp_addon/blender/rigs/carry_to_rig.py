@@ -67,7 +67,7 @@ def carry_to_rig(
     """
     owner = find_target(context, target)
     source = _source(context, character_name, owner)
-    take = _take(source, action_name)
+    take = keyframes.action_of(source, action_name)
     keyframes.refuse_locked(owner)
     start = int(np.floor(take.frame_range[0])) if frame_start is None else frame_start
     motion = keyframes.read_motion(source, take, start, frame_end, context.scene)
@@ -161,15 +161,6 @@ def _source(context: bpy.types.Context, name: str, owner: bpy.types.Object) -> b
     raise SampError(
         f"The scene has several characters ({names}); select the one with the take, then the rig."
     )
-
-
-def _take(source: bpy.types.Object, name: str) -> bpy.types.Action:
-    data = source.animation_data
-    take = bpy.data.actions.get(name) if name else data and data.action
-    if take is None:
-        wanted = f"There is no Action '{name}'" if name else f"'{source.name}' has no Action"
-        raise SampError(f"{wanted}; generate or choose a take first.")
-    return take
 
 
 def _bones(owner: bpy.types.Object) -> tuple[str, dict[str, str]]:

@@ -29,13 +29,13 @@ from ...pipeline.steps import synthesise_steps
 from ...progress import Progress
 from ...refine.refinement import Surroundings
 from ...scene.geometry import SceneGeometry
-from ..actions import keyframes, refine_action
+from ..actions import keyframes, notes, refine_action
 from ..character import armature, character
 from ..overlays import goal_arrows as arrows
 from ..overlays import waypoints
 from ..scene import preconditions, read_scene
 from ..thread_run import Slices, ThreadRun, in_one_go
-from . import measure, reporting, take_list
+from . import reporting
 
 MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
 A_MOMENT = 0.02  # seconds
@@ -175,8 +175,8 @@ def in_slices(
                 owner, take.motion, _name(plan.job, take), context.scene.frame_start, context.scene, False
             )
             written.append(action)
-            measure.remember_goal(action, take.goal)
-            measure.remember_ground(action, take.laid_ground)
+            notes.write_goal(action, take.goal)
+            notes.write_ground(action, take.laid_ground)
             shown = keyframes.read_motion(owner, action, scene=context.scene)
             measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
@@ -185,7 +185,7 @@ def in_slices(
             told = measured[count].result()
             variants.append(reporting.entry(context, plan.job, take, action, owner, told))
             before = None if take.refined is None else take.refined.before
-            take_list.remember_measures(action, told.numbers, before)
+            notes.write_measures(action, told.numbers, before)
     except BaseException:
         undo()
         raise

@@ -11,7 +11,7 @@ import bpy
 from ...errors import SampError
 from .. import compat
 from ..character import armature
-from . import take_files
+from . import amass_files
 
 SUFFIXES = {"NPZ": ".npz", "FBX": ".fbx", "BVH": ".bvh", "USD": ".usdc", "GLTF": ".glb"}
 
@@ -28,7 +28,7 @@ def export_take(context: bpy.types.Context, path: str, kind: str = "FBX", charac
         raise SampError(f"There is no format '{kind}'; choose one of {', '.join(SUFFIXES)}.")
     target = Path(bpy.path.abspath(path)).with_suffix(SUFFIXES[kind])
     if kind == "NPZ":
-        return take_files.export_file(context, str(target), character)
+        return amass_files.export_take(context, str(target), character)
     owner = armature.find(context, character)
     data = owner.animation_data
     if data is None or data.action is None:
