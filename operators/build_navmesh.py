@@ -46,9 +46,9 @@ class SAMP_OT_build_navmesh(bpy.types.Operator):
         return outcome.run(self, lambda: self._build(context))
 
     def _build(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender.overlays import steps
+        from ..samp_addon.blender.overlays import previews
 
-        agent = steps.Agent(self.radius, self.height, self.step, self.slope)
-        shown, mesh = steps.build_navmesh(context, agent, self.cell)
+        agent = previews.Agent(self.radius, self.height, self.step, self.slope)
+        shown, mesh = previews.build_navmesh(context, agent, self.cell)
         laid = "; the scene has no floor, so one was assumed" if mesh.laid_ground is not None else ""
         return f"'{shown.name}' shows {mesh.area:.0f} m2 of walkable ground in {len(mesh)} polygons{laid}."

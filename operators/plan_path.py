@@ -43,13 +43,13 @@ class SAMP_OT_plan_path(bpy.types.Operator):
         return outcome.run(self, lambda: self._plan(context))
 
     def _plan(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender.overlays import steps
+        from ..samp_addon.blender.overlays import previews
         from ..samp_addon.blender.scene import targets
 
         start = tuple(self.start) if self.use_start else None
         if self.to_cursor:
-            shown, path = steps.plan_path(context, to=tuple(context.scene.cursor.location), start=start)
+            shown, path = previews.plan_path(context, to=tuple(context.scene.cursor.location), start=start)
         else:
             target = self.target or targets.clicked_target(context)
-            shown, path = steps.plan_path(context, target, start=start, action=self.action)
+            shown, path = previews.plan_path(context, target, start=start, action=self.action)
         return f"'{shown.name}' is {path.length:.1f} m long and has {len(path.waypoints)} way-points."

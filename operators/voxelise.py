@@ -29,8 +29,8 @@ class SAMP_OT_voxelise(bpy.types.Operator):
         return outcome.run(self, lambda: self._voxelise(context))
 
     def _voxelise(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender.overlays import steps
+        from ..samp_addon.blender.overlays import previews
         from ..samp_addon.blender.scene import targets
 
-        shown, grid = steps.voxelise(context, self.target or targets.clicked_target(context))
+        shown, grid = previews.voxelise(context, self.target or targets.clicked_target(context))
         return f"'{shown.name}' shows the {int((grid.occupancy > 0).sum())} cells that the surface is near."

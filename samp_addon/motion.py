@@ -10,6 +10,7 @@ import numpy as np
 from . import rotation, skeleton
 
 ACTIONS = ("idle", "walk", "run", "sit", "lie")
+SEATED = ("sit", "lie")
 CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
 
 

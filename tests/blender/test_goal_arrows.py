@@ -117,7 +117,7 @@ def test_selected_arrows_are_the_chosen_ones_and_deleted_ones_are_gone(sofa):
     ("change", "words"),
     [
         (Matrix.Translation((0, 0, 0)) @ Matrix.Rotation(np.pi / 2, 4, "Y"), "points up or down"),
-        (Matrix.Rotation(np.pi, 4, "X"), "Nobody can sit where the arrow"),
+        (Matrix.Rotation(np.pi, 4, "X"), "no place to sit at the arrow"),
     ],
     ids=["upright", "into the back"],
 )

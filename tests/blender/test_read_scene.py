@@ -273,7 +273,7 @@ def test_how_far_an_object_yields(arrange, depth):
 @pytest.mark.parametrize("depth", ["soft", float("nan"), -0.1])
 def test_a_cushion_that_is_no_length_is_named(depth):
     soft(add("Sofa"), depth)
-    with pytest.raises(SampError, match="'Sofa' is not a length"):
+    with pytest.raises(SampError, match="'Sofa' is not a valid length"):
         read_scene.cushion_depths(bpy.context, ["Sofa"])
 
 

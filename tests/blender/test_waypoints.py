@@ -81,13 +81,13 @@ def test_places_come_flat_or_one_by_one(told):
 
 
 def test_waypoints_are_read_where_they_were_dragged_to(context):
-    assert waypoints.places(context) == []
+    assert waypoints.positions(context) == []
     first, second = waypoints.add(context, (1, 2, 0)), waypoints.add(context, (3, 4, 0))
     first.location.x = 5.0
     context.view_layer.update()
-    np.testing.assert_allclose(waypoints.places(context), [[5.0, 0.0, -2.0], [3.0, 0.0, -4.0]], atol=1e-6)
+    np.testing.assert_allclose(waypoints.positions(context), [[5.0, 0.0, -2.0], [3.0, 0.0, -4.0]], atol=1e-6)
     second.hide_set(True)
-    assert len(waypoints.places(context)) == 1
+    assert len(waypoints.positions(context)) == 1
     assert waypoints.clear(context) == 2 and not bpy.data.objects
     assert not any(c.name.startswith(waypoints.COLLECTION) for c in bpy.data.collections)
 

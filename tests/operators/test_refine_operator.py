@@ -286,7 +286,7 @@ def test_any_rig_with_a_moving_root_bone(family, mode):
     new = run(frame_start=15, frame_end=45).action
     after = keyframes.read_motion(rig, new)
     assert [c for c in kept(new, rig)[1] if '"root"' in c[0]] == moved
-    weights = rekeying.fade(31, True, True, 30)
+    weights = rekeying.fade_weights(31, True, True, 30)
     wanted = before.root.copy()
     wanted[14:45, 1] += fakes.RAISED * weights
     np.testing.assert_allclose(after.root, wanted, atol=2e-5)
@@ -348,8 +348,8 @@ def empty_scene(owner):
         (broken(np.nan, "handle_left"), {}, "'left_knee' in frame 12"),
         (broken(np.nan), {"frame_start": 40, "frame_end": 50}, "'left_knee' in frame 12"),
         (no_action, {}, "has no Action"),
-        (no_bones, {}, "moves no bone of 'Human'"),
-        (moving_object, {}, "moves the object 'Human' itself"),
+        (no_bones, {}, "animates no bone of 'Human'"),
+        (moving_object, {}, "animates the object 'Human' itself"),
         (empty_scene, {}, "Nothing stands near"),
         (lambda owner: None, {"action_name": "Dance"}, "no Action 'Dance'"),
         (lambda owner: None, {"character": "Bob"}, "no object 'Bob'"),

@@ -110,9 +110,9 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
     scene = read_scene.read_scene(context, exclude)
     start = _start(job, owner)
     situations = [_situation(context, step, scene, start, exclude) for step in job.steps]
-    via = [frames.to_network(np.array(place)) for place in job.via] or waypoints.places(context)
+    via = [frames.to_network(np.array(place)) for place in job.via] or waypoints.positions(context)
     situations[0] = replace(situations[0], via=via)
-    preconditions.refuse(context, owner, situations)
+    preconditions.check(context, owner, situations)
     if not job.refine:
         return Plan(job, situations, owner)
     body = human.load() if owner is None else character.body_of(owner)
@@ -161,7 +161,7 @@ def in_slices(
     """`write`, a take at a time; closed before its end, it takes away what it made."""
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
-    preconditions.refuse_writing(context, plan.owner)
+    preconditions.check_writable(context, plan.owner)
     undo = _Undo(context)
     written, variants = [], []
     obstacles, measured = Obstacles(plan.situations[-1].scene.triangles), []

@@ -29,7 +29,7 @@ def show(
     context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types.Action, fit: bool = False
 ) -> None:
     """Make a take the character's active Action. fit: set the scene's frame range to the take's."""
-    keyframes.refuse_locked(owner)
+    keyframes.require_editable(owner)
     keyframes.activate_action(owner, action)
     first, last = (round(frame) for frame in action.frame_range)
     if fit:
@@ -75,7 +75,7 @@ def show_remaining(owner: bpy.types.Object) -> None:
 
 def push_down(owner: bpy.types.Object, action: bpy.types.Action) -> bpy.types.NlaTrack:
     """Put a take on a new NLA track, where it plays; the character then has no active Action."""
-    keyframes.refuse_locked(owner)
+    keyframes.require_editable(owner)
     data = owner.animation_data or owner.animation_data_create()
     if data.action is not None:
         data.action.use_fake_user = True

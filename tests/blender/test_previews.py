@@ -8,7 +8,7 @@ import pytest
 import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.character import character
-from samp_blender.samp_addon.blender.overlays import drawing, steps
+from samp_blender.samp_addon.blender.overlays import drawing, previews
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.errors import PathError, SampError
 from samp_blender.samp_addon.scene.navmesh.navmesh import Agent
@@ -59,17 +59,17 @@ def inside(points):
         (
             "SAMP Grid Sofa",
             lambda: bpy.ops.samp.voxelise(target="Sofa"),
-            lambda: steps.voxelise(bpy.context, "Sofa"),
+            lambda: previews.voxelise(bpy.context, "Sofa"),
         ),
         (
             "SAMP Navmesh",
             lambda: bpy.ops.samp.build_navmesh(radius=0.3, cell=0.1),
-            lambda: steps.build_navmesh(bpy.context, Agent(radius=0.3), 0.1),
+            lambda: previews.build_navmesh(bpy.context, Agent(radius=0.3), 0.1),
         ),
         (
             "SAMP Path",
             lambda: bpy.ops.samp.plan_path(target="Sofa", use_start=True, start=(-3, 3, 0)),
-            lambda: steps.plan_path(bpy.context, "Sofa", start=(-3, 3, 0)),
+            lambda: previews.plan_path(bpy.context, "Sofa", start=(-3, 3, 0)),
         ),
     ],
 )
@@ -88,7 +88,7 @@ def test_operators_show_what_their_functions_find(name, operator, function):
 
 
 def test_the_grid_lies_on_its_object():
-    obj, grid = steps.voxelise(bpy.context, "Sofa")
+    obj, grid = previews.voxelise(bpy.context, "Sofa")
     points = frames.to_network(shown(obj))
     sofa = layouts.sofa((1.5, 1.0), 2.0)
     assert (points.min(0) > sofa.min((0, 1)) - 0.02).all() and (points.max(0) < sofa.max((0, 1)) + 0.02).all()
@@ -100,7 +100,7 @@ def test_the_grid_lies_on_its_object():
 
 
 def test_the_navmesh_lies_on_the_floor():
-    obj, mesh = steps.build_navmesh(bpy.context)
+    obj, mesh = previews.build_navmesh(bpy.context)
     assert np.abs(inside(shown(obj))[:, 1]).max() < 0.02
     assert len(obj.data.polygons) == len(mesh) and all(p.normal.z > 0.99 for p in obj.data.polygons)
     area = sum(polygon.area for polygon in obj.data.polygons)
@@ -109,7 +109,7 @@ def test_the_navmesh_lies_on_the_floor():
 
 def test_the_path_leads_from_the_character_to_the_front_of_the_sofa():
     character.create_character(bpy.context, location=(-3, 2, 0))
-    obj, path = steps.plan_path(bpy.context, "Sofa")
+    obj, path = previews.plan_path(bpy.context, "Sofa")
     points = shown(obj)
     np.testing.assert_allclose(points[0, :2], (-3, 2), atol=0.06)
     np.testing.assert_allclose(inside(points), path.waypoints, atol=1e-5)
@@ -128,11 +128,11 @@ def test_the_path_leads_to_a_place():
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda: steps.voxelise(bpy.context, "Sofo"), SampError, "'Sofa'"),
-        (lambda: steps.plan_path(bpy.context), SampError, "nowhere to go"),
-        (lambda: steps.plan_path(bpy.context, "Walls"), SampError, "no place to sit"),
-        (lambda: steps.plan_path(bpy.context, to=(0, 0, 0), start=(50, 0, 0)), PathError, "start is"),
-        (lambda: steps.build_navmesh(bpy.context, Agent(radius=5)), PathError, "smaller"),
+        (lambda: previews.voxelise(bpy.context, "Sofo"), SampError, "'Sofa'"),
+        (lambda: previews.plan_path(bpy.context), SampError, "The path has no end"),
+        (lambda: previews.plan_path(bpy.context, "Walls"), SampError, "no place to sit"),
+        (lambda: previews.plan_path(bpy.context, to=(0, 0, 0), start=(50, 0, 0)), PathError, "start is"),
+        (lambda: previews.build_navmesh(bpy.context, Agent(radius=5)), PathError, "smaller"),
     ],
 )
 def test_what_goes_wrong_is_one_sentence(call, error, words):
