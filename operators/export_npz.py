@@ -1,4 +1,4 @@
-"""Export .npz: the character's Action as an AMASS SMPL-X file."""
+"""Export AMASS .npz: the character's Action as an AMASS SMPL-X file."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from . import outcome
 
 
 class SAMP_OT_export_npz(bpy.types.Operator):
-    """Write the character's active Action as an AMASS SMPL-X .npz file"""
+    """Export the character's active Action as an AMASS SMPL-X .npz file"""
 
     bl_idname = "samp.export_npz"
-    bl_label = "Export .npz"
+    bl_label = "Export AMASS .npz"
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(name="File", description="Where to write the take", subtype="FILE_PATH")
+    filepath: StringProperty(name="File", description="File to write", subtype="FILE_PATH")
     filter_glob: StringProperty(default="*.npz", options={"HIDDEN"})
     character: StringProperty(
-        name="Character", description="SMPL-X armature; empty: the active one, or the only one"
+        name="Character", description="SMPL-X armature; if empty, the active one or the only one"
     )
-    action_name: StringProperty(name="Action", description="The Action to write; empty: the active one")
+    action_name: StringProperty(name="Action", description="Action to export; if empty, the active one")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

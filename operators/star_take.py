@@ -1,4 +1,4 @@
-"""Star Take: marks a take as one to keep."""
+"""Star Take: mark a take as one to keep."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .take_operator import TakeOperator
 
 
 class SAMP_OT_star_take(TakeOperator, bpy.types.Operator):
-    """Star this take, or take its star away; Delete Others keeps starred takes"""
+    """Set or clear the star of this take; deleting all takes without a star keeps it"""
 
     bl_idname = "samp.star_take"
     bl_label = "Star Take"

@@ -93,10 +93,20 @@ def test_undo_takes_one_step():
     assert len(bpy.context.scene.objects) == 0
 
 
+SMALL_WORDS = {"to", "and", "of"}  # lower case in Blender's Title Case
+UNLISTED = {"rna_type", "filter_glob"}
+
+
 @pytest.mark.parametrize("name", OPERATORS)
-def test_every_operator_has_what_an_artist_needs(name):
+def test_labels_are_in_title_case_and_tooltips_are_sentences_without_full_stop(name):
     cls = operator_class(name)
-    assert cls.bl_label and cls.__doc__ and not cls.__doc__.rstrip().endswith(".")
     assert isinstance(getattr(bpy.ops.samp, name).poll(), bool)  # in background, in an empty file
+    texts = [(cls.bl_label, cls.__doc__)]
     for prop in getattr(bpy.ops.samp, name).get_rna_type().properties:
-        assert prop.identifier == "rna_type" or prop.name
+        if prop.identifier not in UNLISTED:
+            texts.append((prop.name, prop.description))
+            texts += [(item.name, item.description) for item in getattr(prop, "enum_items", ())]
+    for label, tooltip in texts:
+        words = label.split()
+        assert words and all(w in SMALL_WORDS or not w[0].islower() or w == "glTF" for w in words), label
+        assert tooltip and tooltip[0].isupper() and not tooltip.rstrip().endswith("."), (label, tooltip)

@@ -104,7 +104,7 @@ def test_the_button_is_grey_without_a_seat_and_says_why():
     bpy.context.view_layer.objects.active = None
     bpy.data.objects["Sofa"].select_set(False)
     assert not bpy.ops.samp.generate.poll()
-    with pytest.raises(RuntimeError, match="Click what to sit on, or choose a target"):
+    with pytest.raises(RuntimeError, match="Select the furniture to sit on, or choose a target"):
         bpy.ops.samp.generate()
     settings.target = bpy.data.objects["Sofa"]
     assert bpy.ops.samp.generate.poll()
@@ -137,7 +137,7 @@ def test_a_chosen_take_tells_its_measures():
     settings.character = owner
     assert settings.take_index == bpy.data.actions.find(other.name)
     settings.take_index = bpy.data.actions.find(action.name)
-    assert "From the goal: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(lists.SAMP_PT_takes)
+    assert "Position Error: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(lists.SAMP_PT_takes)
     assert owner.animation_data.action == action
 
 
@@ -153,6 +153,16 @@ def test_every_panel_draws(kind, fill):
         settings.character = character.create_character(bpy.context)
         settings.take_index = bpy.data.actions.find(baked(settings.character).name)
     assert drawn(kind) or kind is panel.SAMP_PT_panel
+
+
+# Buttons whose text says what their options are.
+OWN_TEXT = ("samp.generate ", "samp.export_take ", "samp.star_take ")
+
+
+@pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.__name__)
+def test_buttons_have_the_names_that_search_finds(kind):
+    buttons = [name for name in drawn(kind) if name.startswith("samp.")]
+    assert [name for name in buttons if " " in name and not name.startswith(OWN_TEXT)] == []
 
 
 def test_the_bone_table_is_drawn_where_there_is_one():
@@ -178,7 +188,7 @@ def test_the_chain_is_edited():
     change("DOWN")
     change("REMOVE")
     assert steps() == [("sit", "Sofa")]
-    job = job_from_settings.chain(bpy.context)
+    job = job_from_settings.job_of_steps(bpy.context)
     assert (job.action, job.target, job.then) == ("sit", "Sofa", ())
 
 

@@ -353,8 +353,12 @@ def empty_scene(owner):
         (empty_scene, {}, "Nothing stands near"),
         (lambda owner: None, {"action_name": "Dance"}, "no Action 'Dance'"),
         (lambda owner: None, {"character": "Bob"}, "no object 'Bob'"),
-        (lambda owner: None, {"frame_start": 100, "frame_end": 120}, "has none; choose some from 1 to 60"),
-        (lambda owner: None, {"frame_start": 30, "frame_end": 20}, "has none"),
+        (
+            lambda owner: None,
+            {"frame_start": 100, "frame_end": 120},
+            "this range; choose frames from 1 to 60",
+        ),
+        (lambda owner: None, {"frame_start": 30, "frame_end": 20}, "no frames in this range"),
     ],
 )
 def test_what_goes_wrong_is_one_sentence_and_changes_nothing(owner, arrange, options, reason):

@@ -278,7 +278,7 @@ CASES = (
     Case(
         "refined, frames that there are not",
         with_take,
-        told="choose some from 1 to 40",
+        told="choose frames from 1 to 40",
         press=press("refine", use_range=True, frame_start=900, frame_end=901),
     ),
 )

@@ -62,7 +62,7 @@ CASES = (
     Case(
         "character deleted while the thread works",
         nothing,
-        told="gone",
+        told="gone|deleted",
         press=meanwhile(gone),
         changes=(r".*Human.*", r"scenes/.*", r".*\.active", "armatures/.*"),
     ),
@@ -72,7 +72,7 @@ CASES = (
         press=meanwhile(renamed_meanwhile),
         changes=(r".*Human.*", r"scenes/.*", r".*\.active"),
     ),
-    Case("another file opened while the thread works", nothing, told="gone", press=meanwhile(opened)),
+    Case("another file opened while the thread works", nothing, told="gone|deleted", press=meanwhile(opened)),
     Case("the file saved while the thread works", nothing, press=meanwhile(saved), changes=(r"scenes/.*",)),
     Case(
         "edit mode begun while the thread works",
@@ -83,7 +83,7 @@ CASES = (
     Case(
         "the scene switched while the thread works",
         lambda room: bpy.data.scenes.new("Other"),
-        told="gone",
+        told="gone|deleted",
         press=meanwhile(lambda room: setattr(bpy.context.window, "scene", bpy.data.scenes["Other"])),
         changes=("context.*",),
     ),

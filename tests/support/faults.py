@@ -45,6 +45,8 @@ DO = (
         "give",
         "apply",
         "leave",
+        "use",
+        "correct",
     ),
     *("install", "start again", "try", "move", "turn", "delete", "mend", "make", "check", "go to", "switch"),
     *("parent", "say", "ask", "close", "save", "scale", "free", "open", "keep", "stop", "put", "unlock"),

@@ -195,7 +195,7 @@ def _range(action: bpy.types.Action, start: int | None, end: int | None) -> tupl
     start = int(np.floor(own_first)) if start is None else max(start, first)
     end = int(np.ceil(own_last)) if end is None else min(end, last)
     if end < start:
-        raise SampError(f"'{action.name}' has no keys in these frames; choose frames from {first} to {last}.")
+        raise SampError(f"'{action.name}' has no frames in this range; choose frames from {first} to {last}.")
     return start, end
 
 
