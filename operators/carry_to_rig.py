@@ -28,7 +28,7 @@ class SAMP_OT_carry_to_rig(bpy.types.Operator):
     action_name: StringProperty(
         name="Action", description="The take; if empty, the character's active Action", options={"SKIP_SAVE"}
     )
-    use_range: BoolProperty(name="Part Only", description="Carry only the frames of a range")
+    use_range: BoolProperty(name="Frame Range", description="Carry only the frames of a range")
     frame_start: IntProperty(name="Start Frame", description="First frame of the range", default=1)
     frame_end: IntProperty(name="End Frame", description="Last frame of the range", default=250)
 

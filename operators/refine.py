@@ -35,7 +35,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     action_name: StringProperty(
         name="Action", description="Action to refine; if empty, the active one", options={"SKIP_SAVE"}
     )
-    use_range: BoolProperty(name="Part Only", description="Refine only the frames of a range")
+    use_range: BoolProperty(name="Frame Range", description="Refine only the frames of a range")
     frame_start: IntProperty(name="Start Frame", description="First frame of the range", default=1)
     frame_end: IntProperty(name="End Frame", description="Last frame of the range", default=250)
     strength: FloatProperty(

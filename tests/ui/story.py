@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from driver import Window
 
-GOALS = 5  # arrows that Find Goals draws
+GOALS = 5  # arrows that Sample Goals draws
 HEADERS = (46, 52, 58, 64)  # pixels from a button up to the header of the part above its own
 PATIENCE = 240.0  # seconds; software GL and two busy cores
 
