@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 import tokenize
 from collections import defaultdict
@@ -156,6 +157,12 @@ FOUND = imports(KNOWN)
 def test_every_room_has_its_arrows():
     """A new folder of samp_addon has to be entered in the table."""
     assert {room(module) for module in KNOWN} == {*ARROWS, *TOOLS}
+
+
+def test_the_documentation_repeats_the_table():
+    text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| ([\w, ]+) \|$", text, re.MULTILINE)
+    assert {name: set(cell.split(", ")) - {"nothing of this tree"} for name, cell in rows} == ARROWS
 
 
 def test_no_circle_between_modules():
