@@ -1,4 +1,4 @@
-"""The steps that show what the program sees: operators equal their functions, and leave the artist's file alone."""
+"""Previews of voxels, navmesh and path: operators equal their functions and do not change the artist's data."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _room():
 
 
 def add(name, triangles):
-    """A mesh object of network-frame triangles."""
+    """Add a mesh object of triangles in the network frame."""
     mesh = bpy.data.meshes.new(name)
     points = frames.to_blender(triangles).reshape(-1, 3)
     mesh.from_pydata(points.tolist(), [], np.arange(len(points)).reshape(-1, 3).tolist())
@@ -42,14 +42,14 @@ def add(name, triangles):
 
 
 def shown(obj):
-    """The points of an overlay, Blender's world."""
+    """Return the points of an overlay, Blender's world."""
     if obj.type == "CURVE":
         return np.array([point.co[:3] for point in obj.data.splines[0].points])
     return np.array([vertex.co for vertex in obj.data.vertices])
 
 
 def inside(points):
-    """Points in Blender's world as the network sees them, with the overlays' lift taken off."""
+    """Convert points of an overlay to the network frame, without the overlays' lift."""
     return frames.to_network(points) - [0, drawing.LIFT, 0]
 
 
@@ -73,7 +73,7 @@ def inside(points):
         ),
     ],
 )
-def test_operators_show_what_their_functions_find(name, operator, function):
+def test_operators_equal_their_functions(name, operator, function):
     scene = read_scene.read_scene(bpy.context)
     assert operator() == {"FINISHED"}
     one = bpy.data.objects[name]
@@ -107,7 +107,7 @@ def test_the_navmesh_lies_on_the_floor():
     assert abs(area - mesh.area) < 0.05 and 35 < area < 64
 
 
-def test_the_path_leads_from_the_character_to_the_front_of_the_sofa():
+def test_path_from_the_character_to_the_front_of_the_sofa():
     character.create_character(bpy.context, location=(-3, 2, 0))
     obj, path = previews.plan_path(bpy.context, "Sofa")
     points = shown(obj)
@@ -118,7 +118,7 @@ def test_the_path_leads_from_the_character_to_the_front_of_the_sofa():
     assert end @ frames.yaw_direction(2.0) > 0.4
 
 
-def test_the_path_leads_to_a_place():
+def test_path_to_a_point():
     bpy.context.scene.cursor.location = (3, -3, 0)
     assert bpy.ops.samp.plan_path(to_cursor=True, use_start=True, start=(-3, 3, 0)) == {"FINISHED"}
     points = shown(bpy.data.objects["SAMP Path"])
@@ -135,7 +135,7 @@ def test_the_path_leads_to_a_place():
         (lambda: previews.build_navmesh(bpy.context, Agent(radius=5)), PathError, "smaller"),
     ],
 )
-def test_what_goes_wrong_is_one_sentence(call, error, words):
+def test_errors_are_one_sentence(call, error, words):
     before = set(bpy.data.objects.keys())
     with pytest.raises(error, match=words):
         call()
@@ -151,7 +151,7 @@ def test_what_goes_wrong_is_one_sentence(call, error, words):
         (lambda: bpy.ops.samp.build_navmesh(radius=2.0, cell=0.2, height=5), "smaller"),
     ],
 )
-def test_operators_report_it(call, words):
+def test_operators_report_errors(call, words):
     if "smaller" in words:
         bpy.data.objects.remove(bpy.data.objects["Floor"])
         add("Shaft", layouts.floor(3, 3))
@@ -177,7 +177,7 @@ def test_polls():
         ("SAMP Path", lambda: bpy.ops.samp.plan_path("EXEC_DEFAULT", True, target="Sofa")),
     ],
 )
-def test_each_undoes_as_one_step(name, call):
+def test_undo_is_one_step(name, call):
     bpy.context.scene.cursor.location = (-3, 3, 0)
     bpy.ops.ed.undo_push(message="Room")
     assert call() == {"FINISHED"} and name in bpy.data.objects

@@ -1,4 +1,4 @@
-"""The operators of the character, of baking and of export: as their functions do, and as one step to undo."""
+"""Operators of character, import and export equal their functions and undo in one step; labels and tooltips."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def points(armature: bpy.types.Object) -> np.ndarray:
     return np.array([mesh.matrix_world @ vertex.co for vertex in mesh.data.vertices])
 
 
-def test_create_character_as_its_function():
+def test_create_character_equals_its_function():
     outcome = bpy.ops.samp.create_character(name="A", location=(1, 2, 3), yaw=0.5, female=1.0, tall=0.25)
     assert outcome == {"FINISHED"}
     made = bpy.context.view_layer.objects.active
@@ -40,7 +40,7 @@ def test_create_character_as_its_function():
     assert made.name == "A"
 
 
-def test_bake_and_export_as_their_functions(tmp_path):
+def test_bake_and_export_equal_their_functions(tmp_path):
     owner = character.create_character(bpy.context)
     take = rigs.take(20)
     path = amass.write_amass(take, tmp_path / "wave.npz")
@@ -68,7 +68,7 @@ def test_bake_and_export_as_their_functions(tmp_path):
         (lambda: bpy.ops.samp.export_npz(filepath="a.npz", action_name="Dance"), "no Action 'Dance'"),
     ],
 )
-def test_what_goes_wrong_is_one_sentence(call, reason):
+def test_errors_are_one_sentence(call, reason):
     character.create_character(bpy.context)
     with pytest.raises(RuntimeError, match=reason) as caught:
         call()
@@ -84,7 +84,7 @@ def test_poll_without_a_character():
     assert not bpy.ops.samp.create_character.poll() and not bpy.ops.samp.bake.poll()
 
 
-def test_undo_takes_one_step():
+def test_undo_is_one_step():
     bpy.context.preferences.edit.use_global_undo = True
     bpy.ops.ed.undo_push(message="before")
     bpy.ops.samp.create_character("EXEC_DEFAULT", True)

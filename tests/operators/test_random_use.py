@@ -24,7 +24,7 @@ def _registered():
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_whatever_is_pressed_nothing_is_lost(seed, tmp_path, monkeypatch):
+def test_random_sequences_lose_no_data(seed, tmp_path, monkeypatch):
     random_use.replace_networks(monkeypatch)
     steps, user = random_use.sequence(seed, LENGTH, tmp_path), random_use.User()
     for count, step in enumerate(steps, start=1):
