@@ -13,6 +13,8 @@ from bpy.props import (
     PointerProperty,
 )
 
+from . import job_from_settings
+
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
     ("lie", "Lie", "Walk to the target and lie down"),
@@ -31,7 +33,7 @@ def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> b
 
 
 def _is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    return obj.type not in {"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"}
+    return obj.type not in job_from_settings.NO_FURNITURE
 
 
 def _owner(settings: bpy.types.PropertyGroup) -> bpy.types.Object | None:
@@ -55,7 +57,6 @@ def _set_take(settings: bpy.types.PropertyGroup, index: int) -> None:
     from ..blender.character import armature
     from ..blender.takes import take_list
     from ..errors import SampError
-    from . import job_from_settings
 
     actions = bpy.data.actions
     if not 0 <= index < len(actions) or not notes.is_take(actions[index]):

@@ -132,8 +132,8 @@ def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Moti
 def pelvis_locations(calibration: Calibration, root: np.ndarray) -> np.ndarray:
     """Convert pelvis joint positions (T, 3), network frame, metres, to the pelvis bone's ``location`` (T, 3)."""
     inverse = np.linalg.inv(calibration.world)
-    place = frames.to_blender(root) @ inverse[:3, :3].T + inverse[:3, 3]
-    return (place - calibration.pelvis_head) @ calibration.bases[0]
+    position = frames.to_blender(root) @ inverse[:3, :3].T + inverse[:3, 3]
+    return (position - calibration.pelvis_head) @ calibration.bases[0]
 
 
 def bone_rotations(calibration: Calibration, rotations: np.ndarray) -> np.ndarray:
@@ -192,9 +192,9 @@ def read_motion(
     location, quaternions = reader.pelvis_and_rotations(calibration)
     own = turned(quaternions, calibration.bases)
     own[:, 0] = rotation.multiply(rotation.conjugate(_root_turn(calibration)), own[:, 0])
-    place = location @ calibration.world[:3, :3].T + calibration.world[:3, 3]
+    position = location @ calibration.world[:3, :3].T + calibration.world[:3, 3]
     return Motion(
-        root=frames.to_network(place),
+        root=frames.to_network(position),
         rotations=rotation.continuous(turned(own, calibration.axes.T)),
         fps=frames_per_second(scene),
         rest_joints=calibration.rest_joints,
@@ -236,13 +236,13 @@ class Reader:
             if bone is not None:
                 result[:, j] = self.quaternions(bone)
         base = calibration.bases[0]
-        place = calibration.pelvis_head + self.values(calibration.bones[0], "location", 3) @ base.T
+        position = calibration.pelvis_head + self.values(calibration.bones[0], "location", 3) @ base.T
         whole = turned(result[:, 0], base)
         for head, turn, shift in self.ancestors(calibration):
-            place = rotation.rotate(turn, place - head) + head + shift
+            position = rotation.rotate(turn, position - head) + head + shift
             whole = rotation.multiply(turn, whole)
         result[:, 0] = turned(whole, base.T)
-        return place, result
+        return position, result
 
     def ancestors(self, calibration: Calibration) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Return head (3,), rotation (T, 4) and translation (T, 3) of each bone above the pelvis, nearest first.

@@ -97,13 +97,13 @@ def _changed(
 ) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Return bone, property, and values (T, n) before and after, of each channel that differs between two motions."""
     calibration, reader = calibrate(armature), keyframes.Reader(armature, action, times)
-    place, quaternions = _bone_values(calibration, reader, new)
+    position, quaternions = _bone_values(calibration, reader, new)
     sides = np.where(np.sum(old.rotations * new.rotations, axis=-1, keepdims=True) < 0, -1.0, 1.0)
     turned = np.linalg.norm(new.rotations * sides - old.rotations, axis=-1).max(0) > UNCHANGED
     result = []
     if np.abs(new.root - old.root).max() > UNCHANGED or turned[0]:
         before = reader.values(calibration.bones[0], "location", 3)
-        result.append((calibration.bones[0], "location", before, place))
+        result.append((calibration.bones[0], "location", before, position))
     for j in np.flatnonzero(turned):
         bone = calibration.bones[j]
         if bone is not None:
@@ -124,14 +124,14 @@ def _bone_values(
     quaternions = keyframes.bone_rotations(calibration, complete(motion.rotations))
     base = calibration.bases[0]
     inverse = np.linalg.inv(calibration.world)
-    place = frames.to_blender(motion.root) @ inverse[:3, :3].T + inverse[:3, 3]
+    position = frames.to_blender(motion.root) @ inverse[:3, :3].T + inverse[:3, 3]
     whole = keyframes.turned(quaternions[:, 0], base)
     for head, turn, shift in reversed(reader.ancestors(calibration)):
         back = rotation.conjugate(turn)
-        place = rotation.rotate(back, place - head - shift) + head
+        position = rotation.rotate(back, position - head - shift) + head
         whole = rotation.multiply(back, whole)
     quaternions[:, 0] = keyframes.turned(whole, base.T)
-    return (place - calibration.pelvis_head) @ base, quaternions
+    return (position - calibration.pelvis_head) @ base, quaternions
 
 
 @dataclass(frozen=True)

@@ -99,14 +99,14 @@ def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
 @contextmanager
 def shadows_of_bodies(scene: bpy.types.Scene) -> Iterator[None]:
     """Let only bodies cast shadows: theirs show foot contact, those of furniture are slow to render."""
-    before = {thing: thing.display.show_shadows for thing in scene.objects if thing.type == "MESH"}
+    before = {obj: obj.display.show_shadows for obj in scene.objects if obj.type == "MESH"}
     try:
-        for thing in before:
-            thing.display.show_shadows = thing.find_armature() is not None or thing.name.startswith("Figure")
+        for obj in before:
+            obj.display.show_shadows = obj.find_armature() is not None or obj.name.startswith("Figure")
         yield
     finally:
-        for thing, cast in before.items():
-            thing.display.show_shadows = cast
+        for obj, cast in before.items():
+            obj.display.show_shadows = cast
 
 
 def pictures(

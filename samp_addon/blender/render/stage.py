@@ -26,9 +26,9 @@ def add_mesh(scene: bpy.types.Scene, name: str, vertices: np.ndarray, faces: Seq
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(to_blender(vertices).tolist(), [], [list(face) for face in faces])
     mesh.update()
-    thing = bpy.data.objects.new(name, mesh)
-    scene.collection.objects.link(thing)
-    return thing
+    obj = bpy.data.objects.new(name, mesh)
+    scene.collection.objects.link(obj)
+    return obj
 
 
 def add_floor(scene: bpy.types.Scene, centre: np.ndarray, radius: float) -> None:
@@ -94,8 +94,8 @@ def build(
 
 def clear(scene: bpy.types.Scene) -> None:
     """Delete a stage with all its objects."""
-    for thing in list(scene.objects):
-        mesh = thing.data
+    for obj in list(scene.objects):
+        mesh = obj.data
         for used in list(mesh.materials):
             bpy.data.materials.remove(used)
         bpy.data.meshes.remove(mesh)

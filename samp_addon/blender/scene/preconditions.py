@@ -68,16 +68,16 @@ def _check_units(context: bpy.types.Context, situations: Sequence[Situation]) ->
 def _check_distance(context: bpy.types.Context, situations: Sequence[Situation]) -> None:
     """Raise SampError where a step's end is too far from its start."""
     start = situations[0].start
-    place = None if start is None else start[0]
+    position = None if start is None else start[0]
     for situation in situations:
         end = _end(situation)
-        if place is not None and end is not None and np.linalg.norm((end - place)[[0, 2]]) > FARTHEST:
-            distance = np.linalg.norm((end - place)[[0, 2]])
+        if position is not None and end is not None and np.linalg.norm((end - position)[[0, 2]]) > FARTHEST:
+            distance = np.linalg.norm((end - position)[[0, 2]])
             raise SampError(
                 f"It is {distance:.0f} m from the character to its goal; move one of them nearer, "
                 f"at most {FARTHEST:.0f} m{_unit_scale(context)}."
             )
-        place = end if end is not None else place
+        position = end if end is not None else position
 
 
 def _end(situation: Situation) -> np.ndarray | None:

@@ -54,19 +54,19 @@ def _selected(context: bpy.types.Context, owner: bpy.types.Object) -> Iterator[N
     active, selected = layer.objects.active, list(context.selected_objects)
     parts = [owner, *(obj for obj in owner.children_recursive if obj.type == "MESH")]
     try:
-        for thing in selected:
-            thing.select_set(False)
-        for thing in parts:
-            if thing.name in layer.objects:
-                thing.select_set(True)
+        for obj in selected:
+            obj.select_set(False)
+        for obj in parts:
+            if obj.name in layer.objects:
+                obj.select_set(True)
         layer.objects.active = owner
         yield
     finally:
-        for thing in parts:
-            if thing.name in layer.objects:
-                thing.select_set(False)
-        for thing in selected:
-            thing.select_set(True)
+        for obj in parts:
+            if obj.name in layer.objects:
+                obj.select_set(False)
+        for obj in selected:
+            obj.select_set(True)
         layer.objects.active = active
 
 
