@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 
-
-def register(running: Callable[[], tuple[str, str, float] | None]) -> None:
-    """Register the sidebar. running: returns name, stage and share done of the work in the background, or None."""
+def register() -> None:
+    """Register the sidebar's tab, the lists and the menus."""
     import bpy
 
-    from . import menu, panel, settings
+    from . import menu, settings
 
-    panel.running = running
     for cls in _classes():
         bpy.utils.register_class(cls)
     settings.register()

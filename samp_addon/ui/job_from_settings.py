@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..errors import SampError
+from ..methods import registry
 from ..motion import SEATED
+from . import method_options
 
 if TYPE_CHECKING:
     from ..pipeline.job import Job
@@ -24,6 +26,8 @@ def button_label(settings: bpy.types.PropertyGroup) -> str:
 def why_not(context: bpy.types.Context) -> str:
     """Return why no job can be made from the settings; empty if one can."""
     settings = context.scene.samp
+    if not registry.find(settings.method).actions:
+        return ""
     if settings.action in SEATED and settings.target is None and not _has_furniture_selected(context):
         return f"Select the furniture to {settings.action} on, or choose a target"
     return ""
@@ -35,6 +39,10 @@ def job(context: bpy.types.Context) -> Job:
     from ..pipeline.job import Job
 
     settings = context.scene.samp
+    method = registry.find(settings.method)
+    own = {"method": settings.method, "settings": method_options.values(settings, method)}
+    if not method.actions:
+        return Job(action="", **own, **common(settings))
     target = settings.target.name if settings.target else ""
     if not target and settings.action in SEATED:
         target = targets.clicked_target(context)
@@ -42,24 +50,25 @@ def job(context: bpy.types.Context) -> Job:
         action=settings.action,
         target=target,
         to=None if target else tuple(context.scene.cursor.location),
+        **own,
         **common(settings),
     )
 
 
 def job_of_steps(context: bpy.types.Context) -> Job:
     """Return the job of all steps as one take. Raise SampError where there are no steps, or one needs a target."""
+    from ..methods.step import Step
     from ..pipeline.job import Job
 
-    settings, jobs = context.scene.samp, []
+    settings, rows = context.scene.samp, []
     if not settings.steps:
         raise SampError("There are no steps; add one first.")
     for number, step in enumerate(settings.steps, start=1):
         if step.target is None and step.action in SEATED:
             raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
         target = step.target.name if step.target else ""
-        jobs.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
-    then = tuple(Job(**options) for options in jobs[1:])
-    return Job(**jobs[0], **common(settings), then=then)
+        rows.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
+    return Job(**rows[0], **common(settings), then=tuple(Step(**row) for row in rows[1:]))
 
 
 def common(settings: bpy.types.PropertyGroup) -> dict:

@@ -5,19 +5,17 @@ Panels are redrawn many times a second: do not iterate over the scene's objects 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import bpy
 
+from ..blender import running_work
+from ..methods import registry
 from ..motion import SEATED
-from . import job_from_settings
+from . import job_from_settings, method_options
 from .settings import SHAPES
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
 GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
 CUSHION = '["samp_cushion"]'
-# Returns name, stage and share done of the work in the background, or None. Set by ui.register.
-running: Callable[[], tuple[str, str, float] | None] = lambda: None
 
 
 class InSidebar:
@@ -49,16 +47,22 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
             made = column.operator("samp.create_character", icon="ADD")
             for name, value in zip(SHAPES, settings.shape, strict=True):
                 setattr(made, name, value)
+        if len(registry.METHODS) > 1:
+            layout.prop(settings, "method")
+        method = registry.find(settings.method)
         column = layout.column(align=True)
-        column.row(align=True).prop(settings, "action", expand=True)
-        column.prop(settings, "target", text="", placeholder=_placeholder(context, settings))
-        work = running()
+        if method.actions:
+            column.row(align=True).prop(settings, "action", expand=True)
+        if "target" in method.needs:
+            column.prop(settings, "target", text="", placeholder=_placeholder(context, settings))
+        method_options.draw(layout, settings, method)
+        work = running_work.current()
         if work is None:
             row = layout.row()
             row.scale_y = 1.6
             row.operator("samp.generate", text=job_from_settings.button_label(settings), icon="PLAY")
         else:
-            _draw_progress(layout, *work)
+            _draw_progress(layout, work.label, work.stage, work.share)
 
 
 class SAMP_PT_shape(InPanel, bpy.types.Panel):

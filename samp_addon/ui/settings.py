@@ -13,7 +13,7 @@ from bpy.props import (
     PointerProperty,
 )
 
-from . import job_from_settings
+from . import job_from_settings, method_options
 
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
@@ -93,6 +93,9 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     shape: FloatVectorProperty(
         name="Shape", description="Body shape of the next character", size=len(SHAPES), min=0.0, max=1.0
     )
+    method: EnumProperty(
+        name="Method", description="Method that generates the motion", items=method_options.items
+    )
     action: EnumProperty(name="Action", description="Action of the character at the target", items=ACTIONS)
     target: PointerProperty(
         name="Target",
@@ -142,6 +145,8 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     steps: CollectionProperty(type=SAMP_PG_step)
     step_index: IntProperty(name="Step", default=0)
 
+
+SAMP_PG_settings.__annotations__.update(method_options.annotations())
 
 CLASSES = (SAMP_PG_step, SAMP_PG_settings)
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import samp_blender
 from samp_blender.operators import OPERATORS, operator_class
-from samp_blender.samp_addon import amass
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.takes import amass_files
+from samp_blender.samp_addon.body import amass
 from samp_blender.tests.support import rigs
 
 

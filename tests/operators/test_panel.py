@@ -8,8 +8,10 @@ import bpy
 import pytest
 import samp_blender
 from samp_blender.operators.refine import SAMP_OT_refine
+from samp_blender.samp_addon.blender import running_work
 from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.takes import export
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel
@@ -113,7 +115,8 @@ def test_button_is_disabled_with_a_reason_without_a_seat():
 
 
 def test_progress_and_cancel_button_while_work_is_running(monkeypatch):
-    monkeypatch.setattr(panel, "running", lambda: ("Generate Takes", "Moving", 0.25))
+    work = RunningWork("Generate Takes", "Moving", 0.25)
+    monkeypatch.setattr(running_work, "current", lambda: work)
     shown = drawn(panel.SAMP_PT_panel)
     assert (
         shown[-2:] == ["Generate Takes: Moving 0.25", "samp.stop"] and "samp.generate Sit Here" not in shown

@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from faults import Case, Press, Room, bake_batch, nothing, press, with_take
-from samp_blender.samp_addon import amass
+from samp_blender.samp_addon.body import amass
 from samp_blender.tests.support import rigs
 
 BROKEN = {

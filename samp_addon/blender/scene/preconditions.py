@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...errors import SampError
-from ...methods.take import Situation
+from ...methods.scene_view import SceneView
 from ..actions import keyframes
 from ..character import armature
 
@@ -22,15 +22,13 @@ FARTHEST = 250.0
 """Longest walk of a take in metres; a larger navmesh is too coarse."""
 
 
-def check(
-    context: bpy.types.Context, owner: bpy.types.Object | None, situations: Sequence[Situation]
-) -> None:
+def check(context: bpy.types.Context, owner: bpy.types.Object | None, views: Sequence[SceneView]) -> None:
     """Raise SampError where the character cannot get an Action, its size is implausible, or the goal is too far."""
     if owner is not None:
         keyframes.require_editable(owner)
         _check_size(context, owner)
-    _check_units(context, situations)
-    _check_distance(context, situations)
+    _check_units(context, views)
+    _check_distance(context, views)
 
 
 def check_writable(context: bpy.types.Context, owner: bpy.types.Object | None) -> None:
@@ -51,10 +49,10 @@ def _check_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
         )
 
 
-def _check_units(context: bpy.types.Context, situations: Sequence[Situation]) -> None:
+def _check_units(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
     """Raise SampError for furniture as large as a house in a scene whose unit is not the metre."""
-    for situation in situations:
-        target = situation.target
+    for view in views:
+        target = view.target
         if target is None or not _unit_scale(context):
             continue
         size = float(np.ptp(target, axis=(0, 1)).max())
@@ -65,12 +63,12 @@ def _check_units(context: bpy.types.Context, situations: Sequence[Situation]) ->
             )
 
 
-def _check_distance(context: bpy.types.Context, situations: Sequence[Situation]) -> None:
+def _check_distance(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
     """Raise SampError where a step's end is too far from its start."""
-    start = situations[0].start
+    start = views[0].start
     position = None if start is None else start[0]
-    for situation in situations:
-        end = _end(situation)
+    for view in views:
+        end = _end(view)
         if position is not None and end is not None and np.linalg.norm((end - position)[[0, 2]]) > FARTHEST:
             distance = np.linalg.norm((end - position)[[0, 2]])
             raise SampError(
@@ -80,10 +78,10 @@ def _check_distance(context: bpy.types.Context, situations: Sequence[Situation])
         position = end if end is not None else position
 
 
-def _end(situation: Situation) -> np.ndarray | None:
-    if situation.destination is not None:
-        return situation.destination[0]
-    target = situation.target
+def _end(view: SceneView) -> np.ndarray | None:
+    if view.destination is not None:
+        return view.destination[0]
+    target = view.target
     return None if target is None else (target.min((0, 1)) + target.max((0, 1))) / 2
 
 

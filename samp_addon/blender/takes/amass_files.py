@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ... import amass
+from ...body import amass
 from ...errors import SampError
 from ..actions import keyframes
 from ..character import armature
