@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..samp_addon.blender.actions.refine_action import Result
     from ..samp_addon.blender.thread_run import ThreadRun
 
-# The defaults are those of refine/refining.py, which is not imported before it is used.
+# The defaults are those of refine/refinement.py, which is not imported before it is used.
 WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "goal")
 
 
