@@ -15,9 +15,10 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from ..samp_addon.body import human
-from ..samp_addon.methods.take import Situation
+from ..samp_addon.methods.scene_view import SceneView
 from ..samp_addon.motion import Motion
-from ..samp_addon.pipeline.chain import synthesise
+from ..samp_addon.pipeline import driver
+from ..samp_addon.pipeline.driver import Work
 from ..samp_addon.pipeline.job import Job
 from ..samp_addon.refine import optimiser, refinement
 from ..samp_addon.refine.feet.plan import plan_feet
@@ -35,13 +36,13 @@ def take() -> tuple[Motion, rooms.Room]:
     """Somebody who sits down in a room of boxes."""
     room = rooms.random_room(1, rooms.sofa)
     pieces = [("Floor", room.floor)] + [(piece.name, piece.triangles) for piece in room.pieces]
-    told = Situation(
+    view = SceneView(
         SceneGeometry.from_objects(pieces),
         room.target.triangles,
         (room.target.name,),
         (room.start, room.start_yaw),
     )
-    made, _ = synthesise(Job(action="sit", target=room.target.name), told)
+    made, _ = driver.run(Work(Job(action="sit", target=room.target.name), [view]))
     return made[0].motion, room
 
 

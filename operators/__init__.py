@@ -52,12 +52,11 @@ def register() -> None:
 
     from ..samp_addon import ui
     from ..samp_addon.blender.rigs import bone_table
-    from . import thread_operator
 
     bone_table.register()
     for name in OPERATORS:
         bpy.utils.register_class(operator_class(name))
-    ui.register(thread_operator.running)
+    ui.register()
 
 
 def unregister() -> None:

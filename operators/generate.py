@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .settings_operator import SettingsOperator
+from .job_operator import SettingsOperator
 
 if TYPE_CHECKING:
     from ..samp_addon.pipeline.job import Job

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .job_operator import JobOperator
+from .job_operator import OptionsOperator
 
 if TYPE_CHECKING:
     from ..samp_addon.pipeline.job import Job
 
 
-class SAMP_OT_lie_here(JobOperator, bpy.types.Operator):
+class SAMP_OT_lie_here(OptionsOperator, bpy.types.Operator):
     """Walk around the furniture to the selected one and lie down, as a new Action"""
 
     bl_idname = "samp.lie_here"

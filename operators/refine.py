@@ -67,7 +67,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
             "settings": Settings(**weights),
         }
 
-    def at_once(self, context: bpy.types.Context) -> Result:
+    def run_now(self, context: bpy.types.Context) -> Result:
         from ..samp_addon.blender.actions import refine_action
 
         return refine_action.run(context, **self.asked())
@@ -77,7 +77,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
 
         return refine_action.begin(context, **self.asked())
 
-    def told(self, result: Result) -> str:
+    def finished(self, result: Result) -> str:
         from ..samp_addon.blender.actions import refine_action
 
         return refine_action.sentence(result)

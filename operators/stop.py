@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import thread_operator
+from ..samp_addon.blender import running_work
 
 
 class SAMP_OT_stop(bpy.types.Operator):
@@ -16,11 +16,11 @@ class SAMP_OT_stop(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if thread_operator.running() is None:
+        if running_work.current() is None:
             cls.poll_message_set("Nothing is being made")
             return False
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        thread_operator.ask_to_stop()
+        running_work.request_cancel()
         return {"FINISHED"}

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty
 
-from .job_operator import JobOperator
+from .job_operator import OptionsOperator
 
 if TYPE_CHECKING:
     from ..samp_addon.pipeline.job import Job
 
 
-class SAMP_OT_walk_here(JobOperator, bpy.types.Operator):
+class SAMP_OT_walk_here(OptionsOperator, bpy.types.Operator):
     """Walk around the furniture to the 3D cursor, as a new Action"""
 
     bl_idname = "samp.walk_here"

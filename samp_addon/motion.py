@@ -10,6 +10,8 @@ import numpy as np
 from . import rotation, skeleton
 
 ACTIONS = ("idle", "walk", "run", "sit", "lie")
+SEATED = ("sit", "lie")
+"""Actions that end on furniture."""
 CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
 
 
@@ -50,6 +52,18 @@ class Motion:
     def forward_kinematics(self) -> tuple[np.ndarray, np.ndarray]:
         """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints, read-only: they are kept."""
         return self._kinematics
+
+    def headings(self) -> np.ndarray:
+        """Return the horizontal unit facing (T, 3): the mean of hip and shoulder line, crossed with up."""
+        joints, _ = self.forward_kinematics()
+        side = {
+            name: skeleton.INDEX[name]
+            for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
+        }
+        across = joints[:, side["left_hip"]] - joints[:, side["right_hip"]]
+        across = across + joints[:, side["left_shoulder"]] - joints[:, side["right_shoulder"]]
+        facing = np.cross(across, [0.0, 1.0, 0.0])
+        return facing / np.maximum(np.linalg.norm(facing, axis=-1, keepdims=True), 1e-9)
 
     @cached_property
     def _kinematics(self) -> tuple[np.ndarray, np.ndarray]:

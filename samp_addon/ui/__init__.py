@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 
-
-def register(running: Callable[[], tuple[str, str, float] | None]) -> None:
-    """Shows the sidebar's tab. running: asks for the work that goes on beside the window."""
+def register() -> None:
+    """Add the sidebar's tab, the lists and the menus."""
     import bpy
 
-    from . import menu, panel, settings
+    from . import menu, settings
 
-    panel.running = running
     for cls in _classes():
         bpy.utils.register_class(cls)
     settings.add_to_scenes()
@@ -19,7 +16,7 @@ def register(running: Callable[[], tuple[str, str, float] | None]) -> None:
 
 
 def unregister() -> None:
-    """Takes all of it away."""
+    """Remove all of it."""
     import bpy
 
     from . import menu, settings

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..errors import SampError
+from ..methods import registry
+from ..motion import SEATED
+from . import method_options
 
 if TYPE_CHECKING:
     from ..pipeline.job import Job
 
-SEATED = ("sit", "lie")
 NO_FURNITURE = frozenset({"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"})
 WORDS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
 
@@ -24,6 +26,8 @@ def word(settings: bpy.types.PropertyGroup) -> str:
 def why_not(context: bpy.types.Context) -> str:
     """What the button lacks to do anything; empty where it has all."""
     settings = context.scene.samp
+    if not registry.find(settings.method).actions:
+        return ""
     if settings.action in SEATED and settings.target is None and not _something_clicked(context):
         return f"Click what to {settings.action} on, or choose a target"
     return ""
@@ -35,6 +39,10 @@ def job(context: bpy.types.Context) -> Job:
     from ..pipeline.job import Job
 
     settings = context.scene.samp
+    method = registry.find(settings.method)
+    own = {"method": settings.method, "settings": method_options.values(settings, method)}
+    if not method.actions:
+        return Job(action="", **own, **common(settings))
     target = settings.target.name if settings.target else ""
     if not target and settings.action in SEATED:
         target = targets.clicked_target(context)
@@ -42,24 +50,25 @@ def job(context: bpy.types.Context) -> Job:
         action=settings.action,
         target=target,
         to=None if target else tuple(context.scene.cursor.location),
+        **own,
         **common(settings),
     )
 
 
 def chain(context: bpy.types.Context) -> Job:
     """The job of all steps in a row. Raises SampError where there is none, or one of them lacks its target."""
+    from ..methods.step import Step
     from ..pipeline.job import Job
 
-    settings, jobs = context.scene.samp, []
+    settings, rows = context.scene.samp, []
     if not settings.steps:
         raise SampError("The chain has no steps; add one first.")
     for number, step in enumerate(settings.steps, start=1):
         if step.target is None and step.action in SEATED:
             raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
         target = step.target.name if step.target else ""
-        jobs.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
-    then = tuple(Job(**told) for told in jobs[1:])
-    return Job(**jobs[0], **common(settings), then=then)
+        rows.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
+    return Job(**rows[0], **common(settings), then=tuple(Step(**row) for row in rows[1:]))
 
 
 def common(settings: bpy.types.PropertyGroup) -> dict:

@@ -6,7 +6,7 @@ import bpy
 
 from ..blender.rigs import bone_table
 from ..blender.takes import take_list
-from . import job_from_settings
+from ..motion import SEATED
 from .panel import InPanel
 
 COLUMNS = (("position_error_cm", "goal"), ("penetration_max_cm", "deep"), ("foot_slide_cm_s", "slide"))
@@ -60,7 +60,7 @@ class SAMP_UL_steps(bpy.types.UIList):
             item,
             "target",
             text="",
-            placeholder="Target" if item.action in job_from_settings.SEATED else "Place",
+            placeholder="Target" if item.action in SEATED else "Place",
         )
 
 
@@ -119,7 +119,7 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
             column.operator("samp.edit_chain", text="", icon=icon).change = change
         if 0 <= settings.step_index < len(settings.steps):
             step = settings.steps[settings.step_index]
-            if step.target is None and step.action not in job_from_settings.SEATED:
+            if step.target is None and step.action not in SEATED:
                 layout.prop(step, "place")
         layout.operator("samp.bake_chain", icon="PLAY")
 

@@ -5,11 +5,12 @@ It is drawn many times a second: nothing here looks at all objects of the scene 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import bpy
 
-from . import job_from_settings
+from ..blender import running_work
+from ..methods import registry
+from ..motion import SEATED
+from . import job_from_settings, method_options
 from .settings import SHAPES
 
 GOALS, WAYPOINTS = (
@@ -17,8 +18,6 @@ GOALS, WAYPOINTS = (
     "SAMP Way-points",
 )  # collections, see blender/goals.py and blender/waypoints.py
 CUSHION = '["samp_cushion"]'
-# Asks for the work that goes on beside the window: name, stage, share done. Set by ui.register.
-running: Callable[[], tuple[str, str, float] | None] = lambda: None
 
 
 class InSidebar:
@@ -50,16 +49,22 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
             made = column.operator("samp.create_character", icon="ADD")
             for name, value in zip(SHAPES, settings.shape, strict=True):
                 setattr(made, name, value)
+        if len(registry.METHODS) > 1:
+            layout.prop(settings, "method")
+        method = registry.find(settings.method)
         column = layout.column(align=True)
-        column.row(align=True).prop(settings, "action", expand=True)
-        column.prop(settings, "target", text="", placeholder=_clicked(context, settings))
-        work = running()
+        if method.actions:
+            column.row(align=True).prop(settings, "action", expand=True)
+        if "target" in method.needs:
+            column.prop(settings, "target", text="", placeholder=_clicked(context, settings))
+        method_options.draw(layout, settings, method)
+        work = running_work.current()
         if work is None:
             row = layout.row()
             row.scale_y = 1.6
             row.operator("samp.generate", text=job_from_settings.word(settings), icon="PLAY")
         else:
-            _draw_progress(layout, *work)
+            _draw_progress(layout, work.label, work.stage, work.share)
 
 
 class SAMP_PT_shape(InPanel, bpy.types.Panel):
@@ -104,7 +109,7 @@ class SAMP_PT_places(InPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         settings, layout = context.scene.samp, self.layout
-        action = settings.action if settings.action in job_from_settings.SEATED else "sit"
+        action = settings.action if settings.action in SEATED else "sit"
         column = layout.column(align=True)
         for name, text in (("sample_goals", "Find Goals"), ("plan_path", "Show Path")):
             made = column.operator(f"samp.{name}", text=text)
@@ -198,7 +203,7 @@ def _draw_progress(layout: bpy.types.UILayout, name: str, stage: str, share: flo
 
 def _clicked(context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> str:
     """What an empty target stands for."""
-    if settings.action not in job_from_settings.SEATED:
+    if settings.action not in SEATED:
         return "3D Cursor"
     active = context.view_layer.objects.active
     return active.name if active is not None and job_from_settings.is_furniture(active) else "Target"

@@ -13,6 +13,8 @@ from bpy.props import (
     PointerProperty,
 )
 
+from . import method_options
+
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
     ("lie", "Lie", "Walk to the target and lie down"),
@@ -91,6 +93,7 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     shape: FloatVectorProperty(
         name="Shape", description="Of the next character that is created", size=len(SHAPES), min=0.0, max=1.0
     )
+    method: EnumProperty(name="Method", description="How the motion is made", items=method_options.items)
     action: EnumProperty(name="Action", description="What the character does", items=ACTIONS)
     target: PointerProperty(
         name="Target",
@@ -136,6 +139,8 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     steps: CollectionProperty(type=SAMP_PG_step)
     step_index: IntProperty(name="Step", default=0)
 
+
+SAMP_PG_settings.__annotations__.update(method_options.annotations())
 
 CLASSES = (SAMP_PG_step, SAMP_PG_settings)
 

@@ -1,16 +1,23 @@
 """Way-points on the floor, how fast a take is, and what a watcher is shown."""
 
+import json
+
 import bpy
+import fakes
 import numpy as np
 import pytest
 import rooms
 from samp_blender.samp_addon import progress
+from samp_blender.samp_addon.batch import jobs_file
+from samp_blender.samp_addon.batch.order import order
 from samp_blender.samp_addon.blender.overlays import waypoints
-from samp_blender.samp_addon.methods.take import Situation, Tools
+from samp_blender.samp_addon.errors import UsageError
+from samp_blender.samp_addon.methods.samp import planning
+from samp_blender.samp_addon.methods.scene_view import SceneView
 from samp_blender.samp_addon.motion import Motion
-from samp_blender.samp_addon.pipeline import chain
-from samp_blender.samp_addon.pipeline.job import Job, UsageError, order
+from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
+from views import takes_of
 
 FLOOR = rooms.box(np.array([-4.0, -0.1, -4.0]), np.array([4.0, 0.0, 4.0]))
 
@@ -25,7 +32,7 @@ def walked(request, seconds=2.0):
     """A body that is at once where it was sent."""
     frames = round((seconds + request.hold_seconds) * 30) + 1
     rotations = np.tile([1.0, 0, 0, 0], (frames, 22, 1))
-    root = np.tile(request.goal.position + [0.0, chain.standing_height(), 0.0], (frames, 1))
+    root = np.tile(request.goal.position + [0.0, planning.standing_height(), 0.0], (frames, 1))
     return Motion(root, rotations)
 
 
@@ -39,10 +46,10 @@ def made(job, **situation):
         return [walked(request) for request in requests]
 
     scene = SceneGeometry(FLOOR, np.zeros(len(FLOOR), int), ["Floor"])
-    around = Situation(
+    around = SceneView(
         scene, start=(np.zeros(3), 0.0), destination=(np.array([2.0, 0, 0]), None), **situation
     )
-    takes, failures = chain.synthesise(job, around, tools=Tools(None, generate))
+    takes, failures = takes_of(job, around, tools=fakes.toolbox(generate))
     assert not failures
     return seen, takes
 
@@ -76,7 +83,8 @@ def test_what_cannot_be_used_is_refused(options):
 
 @pytest.mark.parametrize("told", [[1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]])
 def test_places_come_flat_or_one_by_one(told):
-    made_ = order({"action": "walk", "to": [0, 0, 0], "via": told, "output": "a.blend"})
+    line = json.dumps({"action": "walk", "to": [0, 0, 0], "via": told, "output": "a.blend"})
+    made_ = order(jobs_file.options(line, {}))
     assert made_.job.via == ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
 
 

@@ -13,8 +13,7 @@ import fault_targets
 import faults
 import pytest
 import samp_blender
-from samp_blender.samp_addon.methods.samp import goals
-from samp_blender.samp_addon.pipeline import chain
+from samp_blender.samp_addon.methods.samp import goals, networks
 from samp_blender.samp_addon.refine import refinement as optimiser
 
 PARTS = (fault_scenes, fault_targets, fault_characters, fault_moments, fault_files, fault_program)
@@ -47,7 +46,7 @@ def room(saved, tmp_path):
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_it_works_or_says_what_to_do(room, case, monkeypatch):
     if not case.networks:
-        monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+        monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
         monkeypatch.setattr(goals, "sample_goals", fakes.sample_goals)
         monkeypatch.setattr(optimiser, "refine", fakes.refine)
     case.run(room)

@@ -8,8 +8,10 @@ import bpy
 import pytest
 import samp_blender
 from samp_blender.operators.refine import SAMP_OT_refine
+from samp_blender.samp_addon.blender import running_work
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.takes import export, take_list
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel
@@ -113,7 +115,8 @@ def test_the_button_is_grey_without_a_seat_and_says_why():
 
 
 def test_while_something_is_made_there_is_progress_and_a_cancel_button(monkeypatch):
-    monkeypatch.setattr(panel, "running", lambda: ("Generate Takes", "Moving", 0.25))
+    work = RunningWork("Generate Takes", "Moving", 0.25)
+    monkeypatch.setattr(running_work, "current", lambda: work)
     told = drawn(panel.SAMP_PT_panel)
     assert told[-2:] == ["Generate Takes: Moving 0.25", "samp.stop"] and "samp.generate Sit Here" not in told
 

@@ -170,7 +170,7 @@ def main() -> dict:
     sys.path.insert(0, str(Path(__file__).parent))
     fakes, rooms, fingerprint = (importlib.import_module(name) for name in ("fakes", "rooms", "fingerprint"))
     part = lambda name: importlib.import_module(f"{MODULE}.samp_addon.{name}")
-    part("pipeline.chain").networks = lambda: fakes.TOOLS
+    part("methods.samp.networks").trained = lambda: fakes.NETWORKS
     part("methods.samp.goals").sample_goals = fakes.sample_goals
     part("refine.refinement").refine = fakes.refine
     bpy.context.preferences.edit.use_global_undo = True

@@ -187,10 +187,9 @@ class User:
 
 def stand_in_for_the_networks(patch: object) -> None:
     """patch: pytest's monkeypatch."""
-    from samp_blender.samp_addon.methods.samp import goals
-    from samp_blender.samp_addon.pipeline import chain
+    from samp_blender.samp_addon.methods.samp import goals, networks
     from samp_blender.samp_addon.refine import refinement as optimiser
 
-    patch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    patch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     patch.setattr(goals, "sample_goals", fakes.sample_goals)
     patch.setattr(optimiser, "refine", fakes.refine)

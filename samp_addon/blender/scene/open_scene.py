@@ -1,4 +1,4 @@
-"""Opens a scene file for the batch: Blender's own, or one of the formats in which furniture is passed on."""
+"""Opens and saves files for the batch: Blender's own, and the formats in which furniture is passed on."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 
+from ...atomic_file import whole
 from ...errors import SampError
 from .. import compat
 
@@ -59,3 +60,35 @@ def open_scene(path: str | Path) -> None:
         raise SampError(f"'{path.name}' cannot be read{': ' + reason if reason else ''}.") from error
     if not bpy.context.scene.objects:
         raise SampError(f"'{path.name}' cannot be read, or holds no objects; open it in Blender to see.")
+
+
+def open_for_job(path: Path | None) -> bpy.types.Context:
+    """Open a scene's file, or the open file afresh, so that no job finds what another one has made.
+
+    Return the context. Raise SampError as `open_scene`.
+    """
+    if path is not None:
+        open_scene(path)
+    elif bpy.data.filepath:
+        bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+    return bpy.context
+
+
+def is_open() -> bool:
+    """Whether a scene is open already: a file's, or the one of a Blender that is not just a Python module."""
+    return bool(bpy.data.filepath or bpy.app.binary_path)
+
+
+def open_file() -> Path | None:
+    """Return the file that is open, or None where it was never saved."""
+    return Path(bpy.data.filepath) if bpy.data.filepath else None
+
+
+def save_copy(path: Path) -> None:
+    """Write the open file as a .blend. Raise SampError where it cannot be written."""
+    try:
+        with whole(path) as part:
+            bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
+    except (RuntimeError, OSError) as error:
+        reason = str(error).strip().removeprefix("Error: ").rstrip(".")
+        raise SampError(f"'{path}' cannot be written ({reason}); choose another --output.") from error

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...errors import SampError
-from ...methods.take import Situation
+from ...methods.scene_view import SceneView
 from ..actions import keyframes
 from ..character import armature
 
@@ -22,15 +22,13 @@ FARTHEST = 250.0
 """Metres to walk in one take; a navmesh over more is too coarse to walk on."""
 
 
-def refuse(
-    context: bpy.types.Context, owner: bpy.types.Object | None, situations: Sequence[Situation]
-) -> None:
+def refuse(context: bpy.types.Context, owner: bpy.types.Object | None, views: Sequence[SceneView]) -> None:
     """Raises SampError where the character cannot have an Action, is no person's size, or has too far to go."""
     if owner is not None:
         keyframes.refuse_locked(owner)
         _refuse_size(context, owner)
-    _refuse_units(context, situations)
-    _refuse_distance(context, situations)
+    _refuse_units(context, views)
+    _refuse_distance(context, views)
 
 
 def refuse_writing(context: bpy.types.Context, owner: bpy.types.Object | None) -> None:
@@ -51,10 +49,10 @@ def _refuse_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
         )
 
 
-def _refuse_units(context: bpy.types.Context, situations: Sequence[Situation]) -> None:
+def _refuse_units(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
     """Furniture that is a house by its numbers, in a scene whose units are not metres."""
-    for situation in situations:
-        target = situation.target
+    for view in views:
+        target = view.target
         if target is None or not _unit_scale(context):
             continue
         size = float(np.ptp(target, axis=(0, 1)).max())
@@ -65,12 +63,12 @@ def _refuse_units(context: bpy.types.Context, situations: Sequence[Situation]) -
             )
 
 
-def _refuse_distance(context: bpy.types.Context, situations: Sequence[Situation]) -> None:
+def _refuse_distance(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
     """The way from each step's start to where it leads."""
-    start = situations[0].start
+    start = views[0].start
     place = None if start is None else start[0]
-    for situation in situations:
-        end = _end(situation)
+    for view in views:
+        end = _end(view)
         if place is not None and end is not None and np.linalg.norm((end - place)[[0, 2]]) > FARTHEST:
             away = np.linalg.norm((end - place)[[0, 2]])
             raise SampError(
@@ -80,10 +78,10 @@ def _refuse_distance(context: bpy.types.Context, situations: Sequence[Situation]
         place = end if end is not None else place
 
 
-def _end(situation: Situation) -> np.ndarray | None:
-    if situation.destination is not None:
-        return situation.destination[0]
-    target = situation.target
+def _end(view: SceneView) -> np.ndarray | None:
+    if view.destination is not None:
+        return view.destination[0]
+    target = view.target
     return None if target is None else (target.min((0, 1)) + target.max((0, 1))) / 2
 
 

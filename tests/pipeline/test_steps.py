@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import rooms
 from samp_blender.samp_addon.evaluation import metrics
-from samp_blender.samp_addon.methods.take import Tools
+from samp_blender.samp_addon.methods.step import Step
 from samp_blender.samp_addon.pipeline.job import Job
-from samp_blender.samp_addon.pipeline.steps import synthesise_steps
-from situations import situation
+from views import takes_of, view_of
 
 JOB = Job(action="sit", target="Sofa", hold=1.5, seed=5, variants=2)
 
@@ -23,14 +22,14 @@ def room():
 @pytest.fixture(scope="module")
 def steps(room):
     """Sit on the sofa, walk back to the start, sit down again."""
-    walk = replace(JOB, action="walk", target="", to=(0.0, 0.0, 0.0))
-    back = situation(room, target=None, parts=(), destination=(room.start, None))
-    return [(JOB, situation(room)), (walk, back), (JOB, situation(room))]
+    then = (Step(action="walk", to=(0.0, 0.0, 0.0)), Step(action="sit", target="Sofa"))
+    back = view_of(room, target=None, parts=(), destination=(room.start, None))
+    return [replace(JOB, then=then), view_of(room), back, view_of(room)]
 
 
 @pytest.fixture(scope="module")
 def takes(steps):
-    made, failures = synthesise_steps(steps, tools=fakes.TOOLS)
+    made, failures = takes_of(*steps)
     assert not failures
     return made
 
@@ -61,7 +60,7 @@ def test_each_step_goes_on_from_the_last_frames(steps):
         seen.append(requests)
         return fakes.generate(requests, progress)
 
-    synthesise_steps(steps, tools=Tools(fakes.sample_goals, generate))
+    takes_of(*steps, tools=fakes.toolbox(generate))
     assert all(request.after is None for request in seen[0])
     for before, after in zip(seen[:-1], seen[1:], strict=True):
         assert len(before) == len(after) == 2
@@ -78,7 +77,7 @@ def test_a_step_that_fails_is_named(steps):
         calls.append(requests[0].action)
         return (fakes.never if requests[0].action == "walk" else fakes.generate)(requests, progress)
 
-    made, failures = synthesise_steps(steps, tools=Tools(fakes.sample_goals, generate))
+    made, failures = takes_of(*steps, tools=fakes.toolbox(generate))
     assert not made and len(failures) == 2
     assert all(failure.message.startswith("Step 2: ") for failure in failures)
     assert "sit" not in calls[1:]

@@ -1,4 +1,4 @@
-"""The chain from triangles to takes, without Blender; the networks are stood in for."""
+"""From a job and its scene to takes, without Blender; fakes stand in for the networks."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ import pytest
 import rooms
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.evaluation import metrics
-from samp_blender.samp_addon.methods.take import Tools
-from samp_blender.samp_addon.pipeline import chain
-from samp_blender.samp_addon.pipeline.chain import synthesise
+from samp_blender.samp_addon.pipeline import attempts
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
-from situations import situation
+from views import takes_of, view_of
 
 SIT = Job(action="sit", target="Sofa", hold=1.5)
 
@@ -27,7 +25,7 @@ def room():
 
 @pytest.fixture(scope="module")
 def takes(room):
-    made, failures = synthesise(replace(SIT, seed=3, variants=3), situation(room), tools=fakes.TOOLS)
+    made, failures = takes_of(replace(SIT, seed=3, variants=3), view_of(room))
     assert not failures
     return made
 
@@ -48,23 +46,21 @@ def test_the_way_goes_around_the_furniture(room, takes):
 
 
 def test_a_seed_gives_the_same_take_whatever_runs_beside_it(room, takes):
-    alone, _ = synthesise(replace(SIT, seed=4), situation(room), tools=fakes.TOOLS)
+    alone, _ = takes_of(replace(SIT, seed=4), view_of(room))
     np.testing.assert_array_equal(alone[0].motion.root, takes[1].motion.root)
     assert np.abs(takes[0].motion.root[-1] - takes[1].motion.root[-1]).max() > 1e-3
 
 
 def test_the_artists_goals_are_taken(room):
     chosen = fakes.sample_goals(room.target.triangles, "sit", 2, 0, None)[1]
-    told = situation(room, goals=[chosen])
-    take = synthesise(SIT, told, tools=Tools(None, fakes.generate))[0][0]
+    view = view_of(room, goals=[chosen])
+    take = takes_of(SIT, view, tools=fakes.toolbox(sample_goals=None))[0][0]
     np.testing.assert_array_equal(take.goal.position, chosen.position)
 
 
 def test_a_free_start_is_found_the_same_for_the_same_seed(room):
-    told = situation(room, start=None)
-    first, second, other = (
-        synthesise(replace(SIT, seed=s), told, tools=fakes.TOOLS)[0][0] for s in (7, 7, 8)
-    )
+    view = view_of(room, start=None)
+    first, second, other = (takes_of(replace(SIT, seed=s), view)[0][0] for s in (7, 7, 8))
     np.testing.assert_array_equal(first.waypoints, second.waypoints)
     assert np.linalg.norm(first.waypoints[0] - other.waypoints[0]) > 0.1
     assert not any(piece.covers(first.waypoints[:1], 0.15).any() for piece in room.pieces)
@@ -74,8 +70,8 @@ def test_a_free_start_is_found_the_same_for_the_same_seed(room):
 def test_walks_end_where_they_shall(room, action):
     place = np.array([-room.start[0] * 0.2, 0.0, 3.5])
     job = Job(action=action, to=(0.0, 0.0, 0.0))
-    told = situation(room, target=None, parts=(), destination=(place, 1.0))
-    take = synthesise(job, told, tools=fakes.TOOLS)[0][0]
+    view = view_of(room, target=None, parts=(), destination=(place, 1.0))
+    take = takes_of(job, view)[0][0]
     np.testing.assert_allclose(take.goal.direction, frames.yaw_direction(1.0))
     np.testing.assert_allclose(take.goal.position[[0, 2]], place[[0, 2]])
     assert 0.8 < take.goal.position[1] < 1.1
@@ -83,14 +79,14 @@ def test_walks_end_where_they_shall(room, action):
 
 
 def test_a_walk_without_a_facing_ends_in_the_direction_of_the_way(room):
-    told = situation(room, target=None, parts=(), destination=(np.array([0.0, 0.0, 3.6]), None))
-    take = synthesise(Job(action="walk", to=(0, 0, 0)), told, tools=fakes.TOOLS)[0][0]
+    view = view_of(room, target=None, parts=(), destination=(np.array([0.0, 0.0, 3.6]), None))
+    take = takes_of(Job(action="walk", to=(0, 0, 0)), view)[0][0]
     step = take.waypoints[-1] - take.waypoints[-2]
     np.testing.assert_allclose(take.goal.direction, step / np.linalg.norm(step), atol=1e-6)
 
 
 def test_a_walk_to_an_object_ends_before_it_and_faces_it(room):
-    take = synthesise(Job(action="walk", target="Sofa"), situation(room), tools=fakes.TOOLS)[0][0]
+    take = takes_of(Job(action="walk", target="Sofa"), view_of(room))[0][0]
     towards = room.target.at - take.goal.position[[0, 2]]
     assert not room.target.covers(take.goal.position[None], 0.1).any()
     assert np.linalg.norm(towards) < 2
@@ -98,7 +94,7 @@ def test_a_walk_to_an_object_ends_before_it_and_faces_it(room):
 
 
 def test_idle_stays(room):
-    take = synthesise(Job(action="idle"), situation(room, target=None), tools=fakes.TOOLS)[0][0]
+    take = takes_of(Job(action="idle"), view_of(room, target=None))[0][0]
     np.testing.assert_allclose(take.motion.root[-1][[0, 2]], room.start[[0, 2]], atol=0.1)
 
 
@@ -109,7 +105,7 @@ def test_a_failed_attempt_is_made_again_with_other_noise(room):
         tried.append(requests[0].seed)
         return fakes.never(requests) if len(tried) < 2 else fakes.generate(requests)
 
-    takes, failures = synthesise(SIT, situation(room), tools=Tools(fakes.sample_goals, sometimes))
+    takes, failures = takes_of(SIT, view_of(room), tools=fakes.toolbox(sometimes))
     assert (takes[0].attempts, failures) == (2, [])
     assert len(set(tried)) == 2
 
@@ -123,7 +119,7 @@ def test_who_stoops_at_the_end_of_a_walk_tries_again(room, sunk, attempts):
         return [replace(motion, root=motion.root - [0, next(depths), 0])]
 
     job = Job(action="walk", target="Sofa")
-    take = synthesise(job, situation(room), tools=Tools(fakes.sample_goals, stooping))[0][0]
+    take = takes_of(job, view_of(room), tools=fakes.toolbox(stooping))[0][0]
     assert take.attempts == attempts
 
 
@@ -134,18 +130,18 @@ def test_a_take_beside_its_goal_is_made_again_and_the_nearest_one_kept(room):
         motion = fakes.generate(requests)[0]
         return [replace(motion, root=motion.root + [next(distances), 0, 0])]
 
-    take = synthesise(SIT, situation(room), tools=Tools(fakes.sample_goals, beside))[0][0]
+    take = takes_of(SIT, view_of(room), tools=fakes.toolbox(beside))[0][0]
     assert take.attempts == 2
     assert metrics.position_error(take.motion, take.goal) == pytest.approx(50, abs=3)
 
 
 def test_failures_name_their_seed_and_the_others_go_on(room):
     def but_the_second(requests, progress):
-        unlucky = lambda request: request.seed % chain._NEXT_ATTEMPT == 5
+        unlucky = lambda request: request.seed % attempts.NEXT_ATTEMPT == 5
         return [(fakes.never if unlucky(request) else fakes.generate)([request])[0] for request in requests]
 
-    takes, failures = synthesise(
-        replace(SIT, seed=4, variants=3), situation(room), tools=Tools(fakes.sample_goals, but_the_second)
+    takes, failures = takes_of(
+        replace(SIT, seed=4, variants=3), view_of(room), tools=fakes.toolbox(but_the_second)
     )
     assert [take.seed for take in takes] == [4, 6]
     assert [(failure.seed, "stuck" in failure.message) for failure in failures] == [(5, True)]
@@ -165,13 +161,13 @@ def closed_off(room):
 
 
 def test_no_way_and_no_place_say_so(room):
-    told = situation(room)
+    view = view_of(room)
     cage = SceneGeometry.from_objects(
         [("Floor", room.floor), ("Sofa", room.target.triangles), ("Cage", closed_off(room))]
     )
-    assert synthesise(SIT, replace(told, scene=cage), tools=fakes.TOOLS)[1][0].message
-    nowhere = Tools(lambda *arguments: [], fakes.generate)
-    message = synthesise(SIT, told, tools=nowhere)[1][0].message
+    assert takes_of(SIT, replace(view, geometry=cage))[1][0].message
+    nowhere = fakes.toolbox(sample_goals=lambda *arguments: [])
+    message = takes_of(SIT, view, tools=nowhere)[1][0].message
     assert message == "There is no place to sit on 'Sofa'; choose another object."
 
 
@@ -187,13 +183,13 @@ def test_progress_stops_the_work_at_every_stage(room, stage):
             raise Stop
 
     with pytest.raises(Stop):
-        synthesise(SIT, situation(room), progress, fakes.TOOLS)
+        takes_of(SIT, view_of(room), progress=progress)
 
 
 def test_who_is_sent_into_an_obstacle_stands_beside_it(room):
     piece = room.pieces[1]
     place = np.array([piece.at[0], 0.0, piece.at[1]])
-    told = situation(room, target=None, parts=(), destination=(place, None))
-    take = synthesise(Job(action="walk", to=tuple(place)), told, tools=fakes.TOOLS)[0][0]
+    view = view_of(room, target=None, parts=(), destination=(place, None))
+    take = takes_of(Job(action="walk", to=tuple(place)), view)[0][0]
     assert not any(other.covers(take.goal.position[None], 0.15).any() for other in room.pieces)
     assert np.linalg.norm(take.goal.position[[0, 2]] - place[[0, 2]]) < 1.0
