@@ -23,7 +23,7 @@ def run(
         operator.report({"ERROR"}, str(error))
         return {"CANCELLED"}
     except (ImportError, OSError) as error:
-        told = dependencies.sentence(error)
+        told = dependencies.explain(error)
         if told is None:
             raise
         operator.report({"ERROR"}, told)

@@ -16,7 +16,7 @@ from typing import Any
 import bpy
 
 from .. import amass, dependencies
-from ..atomic_file import whole
+from ..atomic_file import atomic_write
 from ..blender.actions import keyframes
 from ..blender.scene import open_scene
 from ..blender.takes import baking, reporting
@@ -121,7 +121,7 @@ def _carry_out(order: Order, tools: Tools | None, kept: KeptTakes | None = None,
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
     except Exception as error:
-        if told := dependencies.sentence(error):
+        if told := dependencies.explain(error):
             return Outcome(errors=[{"message": told}])
         # Never a traceback on the screen; whoever mends the program finds it in the report.
         text = f"Something unexpected went wrong ({type(error).__name__}: {error}); please report it."
@@ -154,7 +154,7 @@ def _open(order: Order) -> None:
 def _save(path: Path) -> Path:
     """Writes the open file as .blend."""
     try:
-        with whole(path) as part:
+        with atomic_write(path) as part:
             bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
     except (RuntimeError, OSError) as error:
         reason = str(error).strip().removeprefix("Error: ").rstrip(".")
@@ -174,7 +174,7 @@ def _export(order: Order, result: baking.Result) -> list[Path]:
     files = npz_paths(order)
     try:
         for variant, action in zip(result.variants, result.actions, strict=True):
-            with whole(files[variant["seed"]]) as part:
+            with atomic_write(files[variant["seed"]]) as part:
                 amass.write_amass(keyframes.read_motion(result.owner, action), part)
     except OSError as error:
         raise SampError(f"'{order.npz}' cannot be written ({error}); choose another --npz.") from error
@@ -217,7 +217,7 @@ def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[
     if path is None:
         return True
     try:
-        with whole(path) as part:
+        with atomic_write(path) as part:
             part.write_text(json.dumps(reporting.report(variants, errors), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         _complain(f"The report '{path}' cannot be written ({error.strerror}); choose another --report.")

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..atomic_file import whole
+from ..atomic_file import atomic_write
 from ..methods.take import Failure, Take
 from ..motion import Goal, Motion
 from ..refine.refinement import Refined
@@ -44,7 +44,7 @@ class KeptTakes:
         arrays: dict[str, np.ndarray] = {}
         told = json.dumps(_encoded([list(takes), list(failures)], arrays))
         try:
-            with whole(self._path(piece)) as part:
+            with atomic_write(self._path(piece)) as part:
                 np.savez(part, told=np.array(told), **arrays)
         except OSError:
             return

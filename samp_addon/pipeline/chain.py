@@ -19,9 +19,9 @@ from ..frames import direction_yaw, yaw_direction
 from ..methods.samp.request import Request
 from ..methods.take import Clock, Failure, Situation, Take, Tools
 from ..motion import Goal, Motion
-from ..progress import Progress, Stage
+from ..progress import Progress, StageProgress
 from ..scene.distance import solids
-from ..scene.geometry import corners
+from ..scene.geometry import extent
 from ..scene.navmesh import navmesh as navigation
 from ..scene.navmesh import path as paths
 from ..scene.seats.seats import infer_front_yaw
@@ -132,7 +132,7 @@ def _navmesh(situation: Situation, after: Mapping[int, Take]) -> navigation.NavM
         if place is not None:
             places.append(place[0])
     if situation.target is not None:
-        places += corners(situation.target)
+        places += extent(situation.target)
     return navigation.build(situation.scene.triangles, cover=np.array(places).reshape(-1, 3))
 
 
@@ -158,7 +158,7 @@ class _Chain:
             except SampError as error:
                 results[seed] = error
         with clock.stage("rollout"):
-            motions = self.tools.generate(list(requests.values()), Stage(progress, "Moving"))
+            motions = self.tools.generate(list(requests.values()), StageProgress(progress, "Moving"))
         for (seed, request), motion in zip(requests.items(), motions, strict=True):
             goal = request.goal
             if self.job.action not in SEATED:
@@ -242,8 +242,8 @@ class _Chain:
     def _surroundings(self) -> np.ndarray:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.situation.target, self.situation.scene.without(self.situation.parts)
-        low, high = corners(target)
-        return solids.near_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
+        low, high = extent(target)
+        return solids.overlapping_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """A place on the floor; its direction is zero where none is asked for."""
@@ -258,7 +258,7 @@ class _Chain:
 
     def _beside(self, triangles: np.ndarray) -> Goal:
         """A place to stand in front of an object, facing it."""
-        low, high = corners(triangles)
+        low, high = extent(triangles)
         middle = (low + high) / 2
         out = yaw_direction(self._front)
         reach = float(np.abs(out) @ (high - low)) / 2 + STAND_OFF

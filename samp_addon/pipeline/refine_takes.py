@@ -10,7 +10,7 @@ from ..body import proportions
 from ..body.human import Human
 from ..errors import SampError
 from ..methods.take import Failure, Take, Tools
-from ..progress import Part, Progress, show
+from ..progress import Progress, SubProgress, show
 from ..refine.refinement import Surroundings
 
 STAGE = "Refining"
@@ -26,7 +26,7 @@ def refine_takes(
     """The takes, refined, and why others were not; those are still among the takes, as they were."""
     done, failures = [], []
     for count, take in enumerate(takes):
-        part = Part(progress, count / len(takes), 1 / len(takes), STAGE)
+        part = SubProgress(progress, count / len(takes), 1 / len(takes), STAGE)
         part(STAGE, 0.0)
         show(progress, take.motion)
         try:

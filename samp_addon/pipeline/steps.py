@@ -15,7 +15,7 @@ from .. import rotation
 from ..easing import smoothstep
 from ..methods.take import Failure, Situation, Take, Tools
 from ..motion import Motion
-from ..progress import Part, Progress
+from ..progress import Progress, SubProgress
 from .chain import networks, synthesise
 from .job import Job
 
@@ -38,7 +38,7 @@ def synthesise_steps(
     done: dict[int, list[Take]] = {}
     failures: list[Failure] = []
     for number, (job, situation) in enumerate(steps):
-        part = Part(progress, number / len(steps), 1 / len(steps))
+        part = SubProgress(progress, number / len(steps), 1 / len(steps))
         after = {seed: takes[-1] for seed, takes in done.items()} if number else None
         takes, failed = synthesise(job, situation, part, tools, after)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]

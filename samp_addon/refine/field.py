@@ -20,7 +20,7 @@ class Field:
         places most of which are outside of all solids."""
         self.floor = floor
         self.parts = [
-            (signed_distance.of(triangles[give == depth], free, floor), float(depth))
+            (signed_distance.cached_field(triangles[give == depth], free, floor), float(depth))
             for depth in np.unique(give)
         ]
 

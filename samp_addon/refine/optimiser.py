@@ -17,7 +17,7 @@ from ..body import human
 from ..body.human import Human
 from ..body.joint_limits import limits
 from ..motion import Goal, Motion
-from ..torch_threads import one_thread
+from ..torch_threads import single_thread
 from . import energies
 from .field import Field
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
@@ -139,7 +139,7 @@ class Optimiser:
         self, stage: int, progress: Callable[[float], None] = lambda share: None
     ) -> tuple[np.ndarray, np.ndarray]:
         """One of the two stages, 0 or 1. Returns shift (T, 3) and turn (T, 22, 3); progress is told the share done."""
-        with one_thread():
+        with single_thread():
             self._descend(stage, progress)
         with torch.no_grad():
             shift, turn = self.changes()
@@ -195,7 +195,7 @@ class Optimiser:
             shift, turn = (c.numpy().astype(np.float64) for c in self.changes())
         rows = self.rows.numpy()
         moved = changed(self.motion, shift, turn)
-        thin = moved.posed(rows)
+        thin = moved.pose_slice(rows)
         skin = human.skin(self.body, thin, self.body.collision)
         if self.watched is None:
             self._near = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.looks.near)

@@ -17,7 +17,7 @@ from ..evaluation.obstacles import Obstacles
 from ..motion import Goal, Motion
 from ..progress import Progress
 from ..scene.distance import solids
-from ..scene.geometry import corners
+from ..scene.geometry import extent
 from .field import Field
 from .standing import FootPlan, lowest_ground, plan_feet, stand
 from .weight import settled
@@ -167,7 +167,7 @@ def _optimised(
     for number, (first, last) in enumerate(spans):
         part = slice(first, last)
         optimiser = Optimiser(
-            motion.posed(part), body, field_, weights, [_cut_plan(plan, part) for plan in feet],
+            motion.pose_slice(part), body, field_, weights, [_cut_plan(plan, part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
         )  # fmt: skip
         told = lambda share, n=number: progress("Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans)))
@@ -198,16 +198,16 @@ def _require_sound(motion: Motion) -> None:
 
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
     """What the character may touch. Raises SampError where nothing is near."""
-    low, high = corners(motion.root)
+    low, high = extent(motion.root)
     low, high = low - 1.2 - REACH, high + 1.2 + REACH
-    near = solids.near_box(surroundings.triangles, low, high)
+    near = solids.overlapping_box(surroundings.triangles, low, high)
     if not len(near):
         raise SampError(
             "Nothing stands within a metre of the character; show the furniture and the floor, or refine elsewhere."
         )
     rows = np.linspace(0, len(motion) - 1, min(len(motion), 16)).astype(int)
     few = body.collision[:: max(1, len(body.collision) * len(rows) // SOME // 8)]
-    free = human.skin(body, motion.posed(rows), few).reshape(-1, 3).astype(np.float64)
+    free = human.skin(body, motion.pose_slice(rows), few).reshape(-1, 3).astype(np.float64)
     field_ = Field(surroundings.triangles, surroundings.give, surroundings.floor, free)
     floor = lowest_ground(motion, field_) if surroundings.floor is None else None
     # Most floors are planes, which have no inside of their own.

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter1d, uniform_filter1d
 
 from .. import rotation, skeleton
-from ..easing import early, smoothstep
+from ..easing import anticipate, smoothstep
 from ..motion import Motion
 from . import weight
 from .field import Field
@@ -332,7 +332,7 @@ def _lift(
         need = np.maximum(need, np.nan_to_num(ground + clear - end[:, 1], nan=0.0))
     # Just after a stance a foot is raised no faster than feet leave the ground.
     need *= smoothstep(distance_transform_edt(~plan.standing) / (RISE * motion.fps / 30))
-    lift = early(need, 3, 2.0 * motion.fps / 30)
+    lift = anticipate(need, 3, 2.0 * motion.fps / 30)
     lift[plan.standing] = 0.0
     return lift
 

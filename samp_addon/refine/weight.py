@@ -36,7 +36,7 @@ def hover(motion: Motion, field: Field, body: Human) -> np.ndarray:
     Sphere tracing: down by the distance of the nearest skin nothing can be met, so that is how far one goes.
     """
     rows = np.arange(0, len(motion), max(1, round(motion.fps / A_SECOND)))
-    skin = human.skin(body, motion.posed(rows), body.collision).astype(np.float64)
+    skin = human.skin(body, motion.pose_slice(rows), body.collision).astype(np.float64)
     height, falling = np.zeros(len(rows)), np.arange(len(rows))
     for _ in range(LOOKS):
         points = skin[falling] - height[falling, None, None] * [0.0, 1.0, 0.0]

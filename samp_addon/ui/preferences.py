@@ -21,7 +21,7 @@ class SAMP_AP_preferences(bpy.types.AddonPreferences):
         column = self.layout.column()
         column.label(text="Python packages", icon="SCRIPT")
         for package, present, version in found:
-            told = (version or "found") if present else f"missing: without it no {package.serves}"
+            told = (version or "found") if present else f"missing: without it no {package.needed_for}"
             column.label(text=f"{package.distribution}: {told}", icon="CHECKMARK" if present else "ERROR")
         absent = [package for package, present, _ in found if not present]
         for line in advice(absent):

@@ -49,7 +49,7 @@ class Ghost:
 
     def skin(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Places (V, 3) of the body's vertices in Blender's world in a frame, and their colours (V, 4)."""
-        one = self._motion.posed(slice(frame, frame + 1))
+        one = self._motion.pose_slice(slice(frame, frame + 1))
         places = frames.to_blender(human.skin(self.body, one)[0]).astype(np.float32)
         corners = places[self._triangles]
         faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -91,13 +91,13 @@ def read_goals(context: bpy.types.Context, target: Target, action: str | None = 
     found = [arrow for arrow in shown if arrow.select_get()] or found
     if not found:
         return []
-    support = seats.map_of(target.triangles)
+    support = seats.support_map(target.triangles)
     return [_on_surface(support, arrow) for arrow in found]
 
 
 def _on_surface(support: SupportMap, arrow: bpy.types.Object) -> Goal:
     goal = read_arrow(arrow)
-    snapped = seats.snap_on(support, goal, REACH)
+    snapped = seats.snap_to_map(support, goal, REACH)
     if snapped is None:
         raise SampError(
             f"Nobody can {goal.action} where the arrow '{arrow.name}' stands; move or turn it, or delete it."
