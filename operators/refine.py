@@ -54,7 +54,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     limits: _weight("Joint Limits", "Weight of staying within joint limits")
     goal: _weight("Goal", "Weight of ending at the goal")
 
-    def options(self) -> dict:
+    def arguments(self) -> dict:
         """Return the arguments of refine_action.run and begin."""
         from ..samp_addon.blender.actions import refine_action
 
@@ -70,12 +70,12 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     def run_now(self, context: bpy.types.Context) -> Result:
         from ..samp_addon.blender.actions import refine_action
 
-        return refine_action.run(context, **self.options())
+        return refine_action.run(context, **self.arguments())
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
         from ..samp_addon.blender.actions import refine_action
 
-        return refine_action.begin(context, **self.options())
+        return refine_action.begin(context, **self.arguments())
 
     def finished(self, result: Result) -> str:
         from ..samp_addon.blender.actions import refine_action
