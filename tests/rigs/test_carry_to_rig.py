@@ -19,7 +19,7 @@ from samp_blender.samp_addon.blender.rigs import bone_table, carry_to_rig, read_
 from samp_blender.samp_addon.blender.takes import baking
 from samp_blender.samp_addon.motion import CONTACTS, Motion
 from samp_blender.samp_addon.pipeline.job import Job
-from samp_blender.samp_addon.refine import standing
+from samp_blender.samp_addon.refine.feet import plan as foot_plan
 from samp_blender.samp_addon.rigs import carrying, fitting, maps
 from samp_blender.samp_addon.rigs.footprints import Footprints
 from samp_blender.tests.support import rigs
@@ -189,7 +189,7 @@ def feet_stand(wanted: carrying.Carried, result: carry_to_rig.Result) -> None:
     ours, ours_turned = wanted.motion.forward_kinematics()
     assert result.missed < 0.01
     speeds = []
-    for plan in standing.plan_feet(motion, prints):
+    for plan in foot_plan.plan_feet(motion, prints):
         ankle = plan.foot.ankle
         soles = []
         for joints, places, quats in (

@@ -12,8 +12,6 @@ import bpy
 from faults import Case, Press, Room, nothing, sit
 from samp_blender.models import weights
 from samp_blender.samp_addon.body import human
-from samp_blender.samp_addon.methods.samp import goals
-from samp_blender.samp_addon.methods.samp.rollout import generator
 
 
 def with_weights(damage: Press) -> Press:
@@ -26,12 +24,7 @@ def with_weights(damage: Press) -> Press:
             if path.suffix in (".safetensors", ".sha256"):
                 (folder / path.name).write_bytes(path.read_bytes())
         damage(folder)
-        read = weights.load_weights
-        with (
-            mock.patch.object(weights, "FOLDER", folder),
-            mock.patch.object(weights, "load_weights", lambda name, _=None: read(name, folder)),
-            fresh(generator.load_network, goals._network),
-        ):
+        with mock.patch.object(weights, "FOLDER", folder):
             return sit(room)
 
     return go
@@ -56,7 +49,7 @@ def bit(name: str):
 
 def without_torch(room: Room) -> object:
     """Press Sit Here as in the build without torch."""
-    with mock.patch.dict(sys.modules, {"torch": None}), fresh(generator.load_network, goals._network):
+    with mock.patch.dict(sys.modules, {"torch": None}):
         return sit(room)
 
 
