@@ -71,8 +71,8 @@ def test_the_current_file_is_discarded(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("room.max", b"x", "no scene file"),
-        ("room", b"x", "no scene file"),
+        ("room.max", b"x", "not a scene file"),
+        ("room", b"x", "not a scene file"),
         ("missing.blend", None, "no file"),
         ("broken.blend", b"not a blend file", "cannot be read"),
         ("broken.glb", b"not a glb file", "cannot be read"),

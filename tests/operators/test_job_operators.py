@@ -1,4 +1,4 @@
-"""Sit Here, Lie Here, Walk Here and Measure do the same as the functions beneath them."""
+"""Sit Here, Lie Here, Walk Here and Measure Take equal their functions, at once and in a thread."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from samp_blender.samp_addon.blender import running_work, thread_run
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.scene import targets
-from samp_blender.samp_addon.blender.takes import baking, measure
+from samp_blender.samp_addon.blender.takes import baking, loading, measure
 from samp_blender.samp_addon.blender.thread_run import Cancelled, ThreadRun
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.methods.samp import networks
 from samp_blender.samp_addon.methods.samp.networks import Networks
 from samp_blender.samp_addon.pipeline.job import Job
+from samp_blender.samp_addon.refine import refinement
 from screen import Screen
 
 
@@ -35,6 +36,7 @@ def _registered():
 @pytest.fixture(autouse=True)
 def _fake_networks(monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
+    monkeypatch.setattr(refinement, "refine", fakes.refine)
 
 
 @pytest.fixture
@@ -76,7 +78,7 @@ def curves(action, owner):
         ),
     ],
 )
-def test_an_operator_does_what_its_function_does(start, operator, options, job):
+def test_operators_equal_their_functions(start, operator, options, job):
     assert getattr(bpy.ops.samp, operator)(**options) == {"FINISHED"}
     owner = bpy.data.objects["Human"]
     pressed = owner.animation_data.action
@@ -85,13 +87,13 @@ def test_an_operator_does_what_its_function_does(start, operator, options, job):
     np.testing.assert_allclose(curves(pressed, owner), curves(called.actions[0], owner), atol=1e-5)
 
 
-def test_the_clicked_furniture_is_the_target(start):
+def test_selected_furniture_is_the_target(start):
     click("Human", "Sofa")
     assert bpy.ops.samp.sit_here() == {"FINISHED"}
     assert bpy.data.objects["Human"].animation_data.action.name == "sit Sofa 0"
 
 
-def test_where_the_start_is_told(start):
+def test_custom_start(start):
     assert bpy.ops.samp.sit_here(target="Sofa", use_start=True, start=(3, 3, 0), start_yaw=0.0) == {
         "FINISHED"
     }
@@ -110,14 +112,14 @@ def test_where_the_start_is_told(start):
         ("walk_here", {"location": (100, 0, 0)}, "goal"),
     ],
 )
-def test_one_report_for_what_cannot_be_done(start, operator, options, reason):
+def test_errors_are_one_report(start, operator, options, reason):
     click("Human")
     with pytest.raises(RuntimeError, match=reason):
         getattr(bpy.ops.samp, operator)(**options)
     assert bpy.data.objects["Human"].animation_data is None
 
 
-def test_it_undoes_as_one_step(start):
+def test_undo_is_one_step(start):
     bpy.ops.ed.undo_push(message="before")
     bpy.ops.samp.sit_here("EXEC_DEFAULT", True, target="Sofa", variants=2)
     assert len(bpy.data.actions) == 2
@@ -129,7 +131,7 @@ def test_it_undoes_as_one_step(start):
     )
 
 
-def test_parts_of_furniture_stand_for_the_whole():
+def test_parts_select_the_whole_piece():
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     made = {}
@@ -163,7 +165,7 @@ def wait_for(run):
     assert run.done
 
 
-def test_beside_a_window_a_job_makes_the_same_take(start):
+def test_thread_makes_the_same_take(start):
     job = Job(action="sit", target="Sofa", seed=4)
     run = baking.begin(bpy.context, job, fakes.TOOLS)
     wait_for(run)
@@ -175,7 +177,7 @@ def test_beside_a_window_a_job_makes_the_same_take(start):
     )
 
 
-def test_beside_a_window_stopping_leaves_nothing_behind(start):
+def test_stopped_thread_leaves_nothing_behind(start):
     def endless(requests, progress):
         while True:
             progress(0.5)
@@ -192,7 +194,7 @@ def test_beside_a_window_stopping_leaves_nothing_behind(start):
     assert len(bpy.data.actions) == 0
 
 
-def test_beside_a_window_failures_and_a_lost_character_say_so(start):
+def test_thread_reports_failures_and_a_deleted_character(start):
     run = baking.begin(bpy.context, Job(action="sit", target="Sofa"), fakes.STUCK)
     wait_for(run)
     with pytest.raises(SampError, match="stuck"):
@@ -205,7 +207,7 @@ def test_beside_a_window_failures_and_a_lost_character_say_so(start):
 
 
 def pressed(job):
-    """The modal operator's own methods, without Blender's side of it."""
+    """Stand-in for Blender's side of a modal operator."""
     from samp_blender.operators.job_operator import JobOperator
 
     class Pressed(JobOperator):
@@ -227,7 +229,7 @@ def pressed(job):
     return made, screen
 
 
-def test_escape_stops_and_cleans_up(start, monkeypatch):
+def test_escape_cancels_and_cleans_up(start, monkeypatch):
     def endless(requests, progress):
         while True:
             progress(0.25)
@@ -255,11 +257,11 @@ def test_escape_stops_and_cleans_up(start, monkeypatch):
 
 
 @pytest.mark.parametrize("ends", ["done", "ESC", "failed"])
-def test_what_is_not_loaded_yet_is_loaded_beside_the_window(start, monkeypatch, ends):
-    """The first press of a day: the scene is read when all is there, and what is wrong with it told then."""
+def test_networks_are_loaded_in_a_thread(start, monkeypatch, ends):
+    """The scene is read after loading, and its errors are reported then."""
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     monkeypatch.setattr(
-        thread_run, "loading", lambda: ThreadRun(lambda progress: time.sleep(0.3), thread_run.one_slice)
+        loading, "begin", lambda: ThreadRun(lambda progress: time.sleep(0.3), thread_run.one_slice)
     )
     operator, screen = pressed(Job(action="sit", target="Nothing" if ends == "failed" else "Sofa"))
     assert operator._ghost is None and operator.modal(screen, SimpleNamespace(type="TIMER")) == {
@@ -279,13 +281,13 @@ MANY = Job(action="sit", target="Sofa", seed=4, variants=8)
 
 
 def slow_measures(monkeypatch):
-    """Measures that take longer than a slice of writing."""
+    """Let measuring take longer than a slice of writing."""
     real = baking.reporting.measured
     monkeypatch.setattr(baking.reporting, "measured", lambda *told: (time.sleep(0.1), real(*told))[1])
 
 
 def written(operator, screen, until):
-    """Ticks until something; returns the last outcome and all that was shown."""
+    """Send timer events until a condition; return the last outcome and the progress shown."""
     deadline, shown, outcome = time.time() + 60, [], None
     while not until(outcome) and time.time() < deadline:
         outcome = operator.modal(screen, SimpleNamespace(type="TIMER"))
@@ -294,7 +296,7 @@ def written(operator, screen, until):
     return outcome, shown
 
 
-def test_takes_are_written_in_slices_between_which_blender_draws(start, monkeypatch):
+def test_takes_are_written_in_slices_between_redraws(start, monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
@@ -306,11 +308,11 @@ def test_takes_are_written_in_slices_between_which_blender_draws(start, monkeypa
 
 
 def writing(operator):
-    """Whether some of its takes are written."""
+    """Return whether some takes are written."""
     return lambda told: len(bpy.data.actions) > 2 and operator._run.stage == "Measuring"
 
 
-def test_escape_while_takes_are_written_takes_them_away(start, monkeypatch):
+def test_escape_while_writing_removes_written_takes(start, monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
@@ -320,7 +322,7 @@ def test_escape_while_takes_are_written_takes_them_away(start, monkeypatch):
     assert len(bpy.data.actions) == 0 and running_work.current() is None
 
 
-def test_a_character_that_goes_while_takes_are_written(start, monkeypatch):
+def test_character_deleted_while_writing(start, monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
@@ -331,7 +333,7 @@ def test_a_character_that_goes_while_takes_are_written(start, monkeypatch):
     assert len(bpy.data.actions) == 0 and running_work.current() is None
 
 
-def test_the_cancel_button_stops_with_the_next_tick(start, monkeypatch):
+def test_cancel_button_stops_at_the_next_timer_event(start, monkeypatch):
     def endless(requests, progress):
         while True:
             progress(0.25)
@@ -344,7 +346,7 @@ def test_the_cancel_button_stops_with_the_next_tick(start, monkeypatch):
     assert running_work.current() is None and len(bpy.data.actions) == 0
 
 
-def test_measure_tells_what_the_function_measures(start):
+def test_measure_equals_its_function(start):
     bpy.ops.samp.sit_here(target="Sofa")
     assert bpy.ops.samp.measure() == {"FINISHED"}
     told = json.loads(bpy.data.texts[measure.TEXT].as_string())
@@ -353,7 +355,7 @@ def test_measure_tells_what_the_function_measures(start):
     assert numbers["success"] is True
 
 
-def test_measure_finds_a_moved_take_out(start):
+def test_measure_of_a_moved_take(start):
     bpy.ops.samp.sit_here(target="Sofa")
     name, before = measure.measure_take(bpy.context)
     bpy.data.objects["Human"].location.x += 0.3
@@ -363,6 +365,6 @@ def test_measure_finds_a_moved_take_out(start):
     assert (before["success"], after["success"]) == (True, False)
 
 
-def test_measure_without_a_take_says_so(start):
+def test_measure_without_a_take_raises(start):
     with pytest.raises(RuntimeError, match="has no Action"):
         bpy.ops.samp.measure()

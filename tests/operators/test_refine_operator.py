@@ -379,7 +379,7 @@ def test_a_failure_while_writing_leaves_nothing_behind(owner, monkeypatch):
     def fail(*arguments):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(rekeying._Keys, "put", fail)
+    monkeypatch.setattr(rekeying._Keys, "replace_in", fail)
     with pytest.raises(ZeroDivisionError):
         run()
     assert list(bpy.data.actions) == [old] and kept(old, owner) == before and action_of(owner) == old
@@ -509,7 +509,7 @@ def test_thread_makes_the_same_and_reports_a_deleted_action(owner):
     started = refine_action.begin(bpy.context, action_name="Take")
     wait_for(lambda: started.done)
     bpy.data.actions.remove(bpy.data.actions["Take"])
-    with pytest.raises(SampError, match="gone"):
+    with pytest.raises(SampError, match="was deleted"):
         started.finish(bpy.context)
 
 
