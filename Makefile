@@ -4,7 +4,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 MODULE := samp_blender
 
-.PHONY: venv test test-ui pictures demo bench evaluate package lint format matrix
+.PHONY: venv test test-ui pictures film demo bench evaluate package lint format matrix
 
 venv: $(VENV)/ready
 	@$(PY) .ci/check_system.py
@@ -33,6 +33,10 @@ test-ui: venv
 # Copy screenshots of the last test-ui into the documentation.
 pictures: venv
 	$(PY) docs/update_pictures.py $(SHOTS)
+
+# Render docs/images/sit.gif from a take of the demo.
+film: venv
+	$(PY) docs/update_film.py
 
 lint: venv
 	$(VENV)/bin/ruff check .
