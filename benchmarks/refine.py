@@ -21,8 +21,8 @@ from ..samp_addon.pipeline import driver
 from ..samp_addon.pipeline.driver import Work
 from ..samp_addon.pipeline.job import Job
 from ..samp_addon.refine import optimiser, refinement
+from ..samp_addon.refine.feet.plan import plan_feet
 from ..samp_addon.refine.field import Field
-from ..samp_addon.refine.standing import plan_feet
 from ..samp_addon.scene.geometry import SceneGeometry
 from ..tests.support import rooms
 
@@ -75,7 +75,7 @@ def _plain(motion: Motion, scene: refinement.Surroundings, body: human.Human) ->
     free = human.skin(body, motion, body.collision[::50]).reshape(-1, 3)[::50].astype(np.float64)
     field = Field(scene.triangles, scene.give, scene.floor, free)
     weights = {k: v for k, v in asdict(refinement.Settings()).items() if k in optimiser.SCALES}
-    every = optimiser.Looks(every=1, a_second=1e9, near=np.inf)
+    every = optimiser.Sampling(every=1, rate=1e9, near=np.inf)
     for stage in (0, 1):
         optimiser.Optimiser(
             motion, body, field, weights, plan_feet(motion, field), None, np.zeros(len(motion)), every

@@ -130,7 +130,7 @@ def test_a_network_that_talks_nonsense_is_replaced_by_geometry_and_that_is_said(
         def decode(self, condition, z):
             return torch.tensor([[5.0, 0, 5.0, 0, 0, 1.0]])
 
-    monkeypatch.setattr(sampling, "_network", lambda: Nonsense().eval())
+    monkeypatch.setattr(sampling, "load_goal_net", lambda: Nonsense().eval())
     drawn = sampling.draw_goals(sofa, "sit", 3, seed=0)
     assert drawn.by_geometry == 3 and drawn.rejected > 3
     assert all(on_the_surface(sofa, goal) for goal in drawn.goals)
@@ -157,8 +157,7 @@ def test_missing_and_damaged_weights_are_one_sentence_for_the_artist(tmp_path, m
     path.write_bytes(path.read_bytes()[:-1] + b"?")
     with pytest.raises(weights.WeightsError, match="damaged"):
         weights.load_weights("goal_net", tmp_path)
-    sampling._network.cache_clear()
-    monkeypatch.setattr(goal_net, "load", lambda: weights.load_weights("goal_net", tmp_path))
+    monkeypatch.setattr(weights, "FOLDER", tmp_path)
     with pytest.raises(SampError, match="damaged"):
         sampling.sample_goals(sofa, "sit")
 

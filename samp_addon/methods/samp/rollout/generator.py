@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +18,7 @@ from ....torch_threads import one_thread
 from ..finishing import finish
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
+from ..load_networks import MotionNetwork, load_motion_net
 from ..request import Request
 from ..route import Route
 from .tracking import FPS, Seen, UnderWay
@@ -34,45 +33,21 @@ CHEST = skeleton.INDEX["spine3"]
 RECORDED = ("pelvis", "matrices", "contacts", "actions", "roots", "travelled")
 
 
-@functools.cache
-def load_network(folder: Path | None = None, kind: str = "motion_net") -> tuple:
-    """The network in evaluation mode and its start poses: heights (K,) and local quaternions (K, 22, 4).
-
-    folder: of other weights than the shipped ones. kind: one of models.baselines.NETWORKS.
-    """
-    import torch
-
-    from .....models import weights
-    from .....models.baselines import NETWORKS, hidden_width
-
-    try:
-        tensors = weights.load_weights("motion_net", folder or weights.FOLDER)
-    except weights.WeightsError as error:
-        raise SampError(str(error)) from error
-    starts = tensors.pop("start_heights"), tensors.pop("start_rotations")
-    net = NETWORKS[kind](hidden_width(tensors))
-    # The encoder is needed for training only and is not shipped.
-    net.load_state_dict({k: v.float() for k, v in tensors.items()}, strict=False)
-    net.eval()
-    torch.set_grad_enabled(True)
-    return net, starts[0].float(), starts[1].float()
-
-
 def generate(
     requests: Sequence[Request],
     progress: Callable[[float], None] = lambda share: None,
-    network: tuple | None = None,
+    network: MotionNetwork | None = None,
 ) -> list[Motion | SampError]:
     """One take for each request, all rolled out as one batch: the Motion, or the error that says what went wrong.
 
     progress is called with the share done, from 0 to 1, and shown the first take as it comes, see progress.py; what
-    it raises stops the work. network: as load_network gives it; left out, the shipped one.
+    it raises stops the work. network: as load_motion_net gives it; left out, the shipped one.
     """
     results: list[Motion | SampError] = [_refusal(request) for request in requests]
     sound = [k for k, refusal in enumerate(results) if refusal is None]
     for k, result in zip(
         sound,
-        _run([requests[k] for k in sound], progress, network or load_network()) if sound else [],
+        _run([requests[k] for k in sound], progress, network or load_motion_net()) if sound else [],
         strict=True,
     ):
         results[k] = result
@@ -127,7 +102,7 @@ class _Record:
 
 
 def _run(
-    requests: Sequence[Request], progress: Callable[[float], None], network: tuple
+    requests: Sequence[Request], progress: Callable[[float], None], network: MotionNetwork
 ) -> list[Motion | SampError]:
     """The batch, frame by frame, until every take is done or has used up its time."""
     import torch
@@ -209,7 +184,7 @@ def _take(request: Request, points: np.ndarray | None) -> _Take:
     return _Take(request, route, front=front, top=top)
 
 
-def _rollout(takes: list[_Take], network: tuple) -> Rollout:
+def _rollout(takes: list[_Take], network: MotionNetwork) -> Rollout:
     """The Rollout at its start: poses, places and objects of all takes."""
     import torch
 
