@@ -26,7 +26,7 @@ SIZE = (480, 270)
 CAMERA, TARGET, LENS = (3.1, -2.3, 1.95), (-0.15, 1.3, 0.72), 34.0  # metres and millimetres
 DURATIONS = (70, 70, 60)  # milliseconds, in turn: 15 frames per second in steps of 10 ms
 LAST = 1200  # milliseconds of the last frame
-COLOURS = 128
+COLOURS = 256
 SAMPLES = 6  # frames from which the palette is computed
 
 
