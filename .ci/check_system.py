@@ -1,7 +1,7 @@
-"""Report missing system packages before Blender fails on them. Needs only the standard library.
+"""Report missing system packages before Blender fails on them. Needs only Python.
 
-python .ci/check_system.py             print one line and exit with status 1 if packages are missing
-python .ci/check_system.py --packages  print only the names of missing packages, for a package manager
+python .ci/check_system.py             print one line and exit with status 1 where a package is missing
+python .ci/check_system.py --packages  print only the names of the missing packages, for a package manager
 """
 
 import ctypes
@@ -35,7 +35,7 @@ def loads(library: str) -> bool:
 
 
 def draws() -> bool:
-    """Return whether pictures can be rendered without a display."""
+    """Return whether images can be rendered without a display."""
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetPlatformDisplay.restype = ctypes.c_void_p
     egl.eglInitialize.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
@@ -44,7 +44,7 @@ def draws() -> bool:
 
 
 def missing() -> list[str]:
-    """Return the names of packages to install."""
+    """Return the names of the packages to install."""
     if sys.platform != "linux":
         return []
     packages = [package for library, package in LIBRARIES.items() if not loads(library)]
@@ -54,7 +54,7 @@ def missing() -> list[str]:
 
 
 def main() -> int:
-    """Run the check; return the exit status."""
+    """Print what is missing and return the exit status."""
     packages = " ".join(missing())
     if "--packages" in sys.argv:
         print(packages)

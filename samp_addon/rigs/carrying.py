@@ -201,10 +201,10 @@ def _channels(body: Motion, rig: Rig, laid: Fit) -> tuple[np.ndarray, np.ndarray
         own = turns[:, k]
         if parent >= 0:
             own = rotation.multiply(rotation.conjugate(turns[:, parent]), own)
-        own = rotation.turned(own, laid.axes)
+        own = rotation.change_basis(own, laid.axes)
         if parent < 0:
             own = rotation.multiply(border, own)
-        result[:, k] = rotation.turned(own, rig.bases[link.bone].T)
+        result[:, k] = rotation.change_basis(own, rig.bases[link.bone].T)
     pelvis = laid.links[0].bone
     head = body.root + rotation.rotate(globals_[:, 0], np.broadcast_to(laid.pelvis_bone, body.root.shape))
     inverse = np.linalg.inv(rig.world)

@@ -18,7 +18,7 @@ from scipy.ndimage import (
 )
 
 from .... import rotation, skeleton
-from ....easing import early, smoothstep
+from ....easing import anticipate, smoothstep
 from ....motion import Goal, Motion
 from ....refine.feet.foot import sole_points, toe_tips
 from ....refine.inverse_kinematics import at_height, solve_limb
@@ -170,7 +170,7 @@ class RestingTop:
         mean = (out * distance[:, None]).sum(0)
         mean /= max(float(np.linalg.norm(mean)), 1e-9)
         far = np.maximum(out @ mean, 0.0)
-        far = early(far, 2 * SOONER, 1.5 * EVENLY)
+        far = anticipate(far, 2 * SOONER, 1.5 * EVENLY)
         return replace(motion, root=motion.root + far[:, None] * np.array([mean[0], 0.0, mean[1]]))
 
     def _out_of_the_side(self, point: np.ndarray) -> np.ndarray:
@@ -209,7 +209,7 @@ class RestingTop:
         missing = np.where(near, _within_reason(self.missing(motion.root, thick)), 0.0)
         if not missing.any():
             return motion
-        lift = early(missing, SOONER, EVENLY)
+        lift = anticipate(missing, SOONER, EVENLY)
         return replace(motion, root=motion.root + lift[:, None] * np.array([0.0, 1.0, 0.0]))
 
     def _out(
@@ -227,7 +227,7 @@ class RestingTop:
             up, away = np.where(rather_up | (distance == 0), up, 0.0), np.where(rather_up[:, None], 0.0, away)
         if not (up.any() or away.any()):
             return motion
-        up = early(up, SOONER, EVENLY)
+        up = anticipate(up, SOONER, EVENLY)
         return turned(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]), EVENLY)
 
 

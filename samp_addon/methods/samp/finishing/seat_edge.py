@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .... import skeleton
-from ....easing import early
+from ....easing import anticipate
 from ....motion import Goal, Motion
 from ....refine.inverse_kinematics import solve_limb
 from ....scene.seats.postures import SEAT_TO_PELVIS
@@ -79,7 +79,7 @@ class SeatFront:
             forward = np.where(near, self._missing(knee, ankle, goal), 0.0)
             if not forward.any():
                 continue
-            forward = early(forward, SOONER, EVENLY)
+            forward = anticipate(forward, SOONER, EVENLY)
             target = ankle + forward[:, None] * facing
             rotations = solve_limb(motion.root, rotations, motion.rest_joints, f"{side}_leg", target)
         return replace(motion, rotations=rotations)

@@ -14,7 +14,7 @@ from ....motion import ACTIONS, Motion
 from ....progress import show
 from ....scene.geometry import sample_surface
 from ....scene.voxels import InteractionGrid
-from ....torch_threads import one_thread
+from ....torch_threads import single_thread
 from ..finishing import finish
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
@@ -113,7 +113,7 @@ def _run(
     record, done, frame = _Record(len(takes)), np.zeros(len(takes), bool), 0
     way = UnderWay(requests, [take.route for take in takes])
     going, limit = np.arange(len(takes)), int(way.limit.max())
-    with torch.inference_mode(), one_thread(len(takes) < WORTH_THREADS):
+    with torch.inference_mode(), single_thread(len(takes) < WORTH_THREADS):
         run, guide = _rollout(takes, network), Guide(way)
         while len(going):
             run.set_goals(torch.as_tensor(way.goals(), dtype=torch.float32))
