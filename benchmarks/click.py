@@ -49,14 +49,14 @@ def click_seconds() -> tuple[list[tuple[float, dict]], float, list[dict]]:
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     build_room.build(bpy.context.scene)
     character.create_character(bpy.context, location=SIT.start[:3])
-    made = []
+    clicks = []
     for seed in range(CLICKS):
         results = []
         took = _timed(lambda s=seed, r=results: r.append(baking.run(bpy.context, replace(SIT, seed=s))))
-        made.append((took, results[0].variants[0]))
+        clicks.append((took, results[0].variants[0]))
     many = []
     took = _timed(lambda: many.append(baking.run(bpy.context, replace(SIT, variants=MANY))))
-    return made, took, many[0].variants
+    return clicks, took, many[0].variants
 
 
 def _timed(work: object) -> float:

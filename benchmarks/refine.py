@@ -43,8 +43,8 @@ def take() -> tuple[Motion, rooms.Room]:
         (room.target.name,),
         (room.start, room.start_yaw),
     )
-    made, _ = synthesise(Job(action="sit", target=room.target.name), situation)
-    return made[0].motion, room
+    takes, _ = synthesise(Job(action="sit", target=room.target.name), situation)
+    return takes[0].motion, room
 
 
 def long(motion: Motion, seconds: float) -> Motion:

@@ -73,13 +73,13 @@ class Room:
         bmesh.ops.create_cube(shape, size=1.0)
         bmesh.ops.scale(shape, verts=shape.verts, vec=size)
         bmesh.ops.translate(shape, verts=shape.verts, vec=(0.0, 0.0, size[2] / 2))
-        made = self._add(name, shape, at, colour)
-        made.rotation_euler[0] = math.radians(tilt)
+        obj = self._add(name, shape, at, colour)
+        obj.rotation_euler[0] = math.radians(tilt)
         if soft:
-            bevel = made.modifiers.new("Soft edges", "BEVEL")
+            bevel = obj.modifiers.new("Soft edges", "BEVEL")
             bevel.width, bevel.segments = soft, 4
-            self._smooth(made)
-        return made
+            self._smooth(obj)
+        return obj
 
     def pole(
         self,
@@ -108,13 +108,13 @@ class Room:
         """Return the material of a colour, created at its first use."""
         value = COLOURS[colour] if isinstance(colour, str) else colour
         if value not in self._materials:
-            made = compat.new_node_material(colour if isinstance(colour, str) else "book")
+            obj = compat.new_node_material(colour if isinstance(colour, str) else "book")
             linear = [((c + 0.055) / 1.055) ** 2.4 for c in value]
-            made.diffuse_color = (*linear, 1.0)
-            shader = made.node_tree.nodes["Principled BSDF"]
+            obj.diffuse_color = (*linear, 1.0)
+            shader = obj.node_tree.nodes["Principled BSDF"]
             shader.inputs["Base Color"].default_value = (*linear, 1.0)
             shader.inputs["Roughness"].default_value = 0.7
-            self._materials[value] = made
+            self._materials[value] = obj
         return self._materials[value]
 
     def _add(self, name: str, shape: bmesh.types.BMesh, at: tuple, colour: str | tuple) -> bpy.types.Object:
@@ -122,14 +122,14 @@ class Room:
         shape.to_mesh(mesh)
         shape.free()
         mesh.materials.append(self.material(colour))
-        made = bpy.data.objects.new(name if self._parent is None else f"{self._parent.name} {name}", mesh)
-        made.location, made.parent = at, self._parent
-        self.scene.collection.objects.link(made)
-        return made
+        obj = bpy.data.objects.new(name if self._parent is None else f"{self._parent.name} {name}", mesh)
+        obj.location, obj.parent = at, self._parent
+        self.scene.collection.objects.link(obj)
+        return obj
 
     @staticmethod
-    def _smooth(thing: bpy.types.Object) -> None:
-        thing.data.polygons.foreach_set("use_smooth", np.ones(len(thing.data.polygons), bool))
+    def _smooth(obj: bpy.types.Object) -> None:
+        obj.data.polygons.foreach_set("use_smooth", np.ones(len(obj.data.polygons), bool))
 
 
 def walls(room: Room) -> None:
@@ -266,8 +266,8 @@ def light(scene: bpy.types.Scene) -> None:
     camera.data.lens = 28
     camera.location = (5.4, -6.4, 3.3)
     camera.rotation_euler = (math.radians(68), 0.0, math.radians(38))
-    for thing in (sun, area, camera):
-        scene.collection.objects.link(thing)
+    for obj in (sun, area, camera):
+        scene.collection.objects.link(obj)
     scene.camera = camera
     scene.world = scene.world or bpy.data.worlds.new("World")
     scene.world.color = (0.75, 0.82, 0.90)

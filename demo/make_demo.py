@@ -37,9 +37,9 @@ def bake(tools: Tools | None) -> baking.Result:
     sits = baking.run(bpy.context, SIT, tools=tools)
     walks = baking.run(bpy.context, WALK, tools=tools)
     keyframes.activate_action(sits.owner, sits.actions[0])
-    variants, made = sits.variants + walks.variants, sits.actions + walks.actions
+    variants, actions = sits.variants + walks.variants, sits.actions + walks.actions
     scene.frame_end = max(variant["frame_end"] for variant in variants)
-    return baking.Result(sits.owner, made, variants, sits.failures + walks.failures)
+    return baking.Result(sits.owner, actions, variants, sits.failures + walks.failures)
 
 
 def file_name(variant: dict) -> str:

@@ -68,8 +68,8 @@ def test_goal_slices(walk):
     assert np.allclose(goals[:, :3], [-1.0, 0.5, 3.0], atol=1e-3)
     assert np.allclose(goals[:, 3:6], [-1.0, 0.0, 0.0], atol=1e-5)
     assert np.allclose(goals[:, 6:], [0, 0, 0, 1, 0])
-    seen = states[60, state.GOAL_TRAJECTORY].reshape(13, 4)
-    assert np.allclose(seen[state.NOW], [-3.0, -1.0, 1.0, 0.0], atol=1e-3)
+    relative = states[60, state.GOAL_TRAJECTORY].reshape(13, 4)
+    assert np.allclose(relative[state.NOW], [-3.0, -1.0, 1.0, 0.0], atol=1e-3)
 
 
 def test_contacts(walk):

@@ -61,10 +61,10 @@ def test_versions_are_found_without_importing():
 )
 def test_install_commands(names, lines):
     packages = [Package(name, name, "") for name in names]
-    made = dependencies.install_commands("py", "F", packages)
-    made = [line.replace('"', "") for line in made if "ensurepip" not in line]
-    assert len(made) == len(lines)
-    assert all(line.endswith(end) for line, end in zip(made, lines, strict=True))
+    commands = dependencies.install_commands("py", "F", packages)
+    commands = [line.replace('"', "") for line in commands if "ensurepip" not in line]
+    assert len(commands) == len(lines)
+    assert all(line.endswith(end) for line, end in zip(commands, lines, strict=True))
 
 
 class Layout:

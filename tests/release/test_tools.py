@@ -86,16 +86,18 @@ def test_evaluation_tables(tmp_path):
     stuck = takes.evaluate("sit", 1, 2, [], fakes.STUCK, said.append)
     assert report.table("sit", stuck, []) == "sit: 0 takes of 2 asked for" and len(said) == 2
     assert takes.held_out_seats(tmp_path) == []
-    beside = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
-    assert beside[2].startswith("| ours | 2 of 2 | ") and beside[3].startswith("| stuck | 0 of 2 | - | ")
-    assert len({line.count("|") for line in beside}) == 1
+    comparison = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
+    assert comparison[2].startswith("| ours | 2 of 2 | ") and comparison[3].startswith(
+        "| stuck | 0 of 2 | - | "
+    )
+    assert len({line.count("|") for line in comparison}) == 1
 
 
 def test_evaluation_table_of_refinement():
     results = takes.evaluate("sit", 1, 1, [], fakes.TOOLS)
-    mended = refined.mend(results.takes[0], results.scenes[0])
-    assert mended.after["penetration_max_cm"] < mended.before["penetration_max_cm"]
-    text = refined.table("sit", [mended, mended])
+    result = refined.mend(results.takes[0], results.scenes[0])
+    assert result.after["penetration_max_cm"] < result.before["penetration_max_cm"]
+    text = refined.table("sit", [result, result])
     assert "| seconds for a second of motion |" in text and "2 takes" in text
 
 
@@ -108,16 +110,16 @@ def test_contact_sheets_of_random_takes(tmp_path, monkeypatch):
 
 
 def test_without_the_planner_paths_are_straight():
-    asked = []
+    captured = []
 
     def generate(requests, progress):
-        asked.extend(requests)
+        captured.extend(requests)
         return fakes.TOOLS.generate(requests, progress)
 
     tools = replace(fakes.TOOLS, generate=generate)
     takes.evaluate("sit", 1, 1, [], tools)
     takes.evaluate("sit", 1, 1, [], takes.straight_on(tools))
-    planned, straight = asked
+    planned, straight = captured
     assert len(planned.waypoints) > 2 and len(straight.waypoints) == 2
     assert np.allclose(straight.waypoints, planned.waypoints[[0, -1]])
 

@@ -79,9 +79,9 @@ class VisibilityGraph:
                 continue
             done[here] = True
             lines = nodes[here] + share * (nodes[:, None] - nodes[here])
-            seen = self.free(lines.reshape(-1, 2), 2e-3).reshape(len(nodes), -1).all(1)
+            visible = self.free(lines.reshape(-1, 2), 2e-3).reshape(len(nodes), -1).all(1)
             total = best[here] + np.linalg.norm(nodes - nodes[here], axis=1)
-            for k in np.flatnonzero(seen & (total < best - 1e-9)):
+            for k in np.flatnonzero(visible & (total < best - 1e-9)):
                 best[k] = total[k]
                 heapq.heappush(queue, (total[k] + np.linalg.norm(nodes[k] - nodes[1]), k))
         return np.inf
@@ -268,7 +268,7 @@ def test_wide_beds_have_a_larger_reach():
     assert 1.1 < np.hypot(*found.waypoints[-1][[0, 2]]) < 2
 
 
-@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not beside the repository")
+@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not available")
 @pytest.mark.parametrize("seed", range(4))
 def test_paths_avoid_real_furniture(seed):
     from samp_blender.training.furniture import library

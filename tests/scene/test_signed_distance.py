@@ -115,9 +115,9 @@ def test_gradients_in_a_thin_table_top_point_to_its_nearer_side():
 
 def test_the_inside_of_a_room_modelled_as_a_box_is_not_solid():
     room, stool = box([-2, 0, -2], [2, 2.5, 2]), box([0, 0, 0], [0.5, 0.5, 0.5])
-    people = np.random.default_rng(0).uniform([-1.8, 0.1, -1.8], [1.8, 1.8, 1.8], (500, 3))
+    free = np.random.default_rng(0).uniform([-1.8, 0.1, -1.8], [1.8, 1.8, 1.8], (500, 3))
     for turn in (1, -1):
-        field = signed_distance.cached_field(np.concatenate([room[:, ::turn], stool]), people)
+        field = signed_distance.cached_field(np.concatenate([room[:, ::turn], stool]), free)
         found, _ = field.at(
             np.array([[0.25, 0.3, 0.25], [0.25, 0.7, 0.25], [-1.0, 1.0, -1.0], [0.25, 0.55, 0.25]])
         )

@@ -88,13 +88,13 @@ def test_occupancy_of_fine_meshes(count):
 def test_features_are_in_the_root_frame():
     grid = InteractionGrid.build(layouts.sofa((2, 1)), 0.0)
     position, yaw = np.array([2.0, 0.93, -1.0]), 0.4
-    seen = grid.features(position, yaw).reshape(512, 4)
-    np.testing.assert_array_equal(seen[:, 3], grid.occupancy)
+    features = grid.features(position, yaw).reshape(512, 4)
+    np.testing.assert_array_equal(features[:, 3], grid.occupancy)
     forward, left = frames.yaw_direction(yaw), frames.yaw_direction(yaw + np.pi / 2)
     offset = grid.centres - [2, 0, -1]
-    np.testing.assert_allclose(seen[:, 2], offset @ forward, atol=1e-12)
-    np.testing.assert_allclose(seen[:, 0], offset @ left, atol=1e-12)
-    np.testing.assert_allclose(seen[:, 1], grid.centres[:, 1], atol=1e-12)
+    np.testing.assert_allclose(features[:, 2], offset @ forward, atol=1e-12)
+    np.testing.assert_allclose(features[:, 0], offset @ left, atol=1e-12)
+    np.testing.assert_allclose(features[:, 1], grid.centres[:, 1], atol=1e-12)
     upstairs = grid.features(position + [0, 3, 0], yaw, floor=3.0).reshape(512, 4)
     np.testing.assert_allclose(upstairs[:, 1], grid.centres[:, 1] - 3, atol=1e-12)
 
@@ -147,7 +147,7 @@ def test_scene_geometry_selects_objects_by_name():
         geometry.SceneGeometry.from_objects([("Lamp", np.full((1, 3, 3), np.nan))])
 
 
-@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not beside the repository")
+@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not available")
 @pytest.mark.parametrize("kind", ["armchair", "bed", "chair", "sofa", "stool"])
 def test_real_furniture(kind):
     from samp_blender.training.furniture import library

@@ -204,15 +204,15 @@ def _start_behind_an_obstacle(seat, rng):
 
 def _scattered(placed, start, rng):
     """Return four more obstacles, away from other pieces, the start and the space in front of the seat, or None."""
-    seat, made = placed[0], []
+    seat, obstacles = placed[0], []
     ahead = seat.at + frames.yaw_direction(seat.yaw)[[0, 2]] * (seat.half[1] + 0.6)
     for _ in range(400):
-        piece = _obstacle(len(made) + 2, rng)
+        piece = _obstacle(len(obstacles) + 2, rng)
         clear = min(np.linalg.norm(piece.at - start[[0, 2]]), np.linalg.norm(piece.at - ahead))
-        if clear > _radius(piece) + 0.6 and _apart(piece, placed + made):
-            made.append(piece)
-        if len(made) == 4:
-            return made
+        if clear > _radius(piece) + 0.6 and _apart(piece, placed + obstacles):
+            obstacles.append(piece)
+        if len(obstacles) == 4:
+            return obstacles
     return None
 
 

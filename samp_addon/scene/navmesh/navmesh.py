@@ -140,23 +140,25 @@ def build(
     agent = agent or Agent()
     triangles = np.asarray(triangles, dtype=np.float64)
     cover = np.zeros((0, 3)) if cover is None else np.asarray(cover, dtype=np.float64).reshape(-1, 3)
-    box, laid = _box(triangles, cover, cell), floor_height
+    box, ground_height = _box(triangles, cover, cell), floor_height
     if box is not None:
         triangles = lattice.clip_to_box(triangles, *box)
-    if laid is None:
+    if ground_height is None:
         low, high = geometry.bounds(triangles)
         grid, solid = _solid(triangles, low, high, box, cell, agent)
         places = heightfield.standing_places(solid, grid, agent.height)
-        laid = None if _has_floor(places, solid, grid) else float(low[1])
-    if laid is not None:
-        margin = _with_margin(triangles, cover, laid)
+        ground_height = None if _has_floor(places, solid, grid) else float(low[1])
+    if ground_height is not None:
+        margin = _with_margin(triangles, cover, ground_height)
         if floor_height is None and box is None and _columns(*margin, grid.cell) <= MAX_COLUMNS:
             # The solid cells are known already.
             wide = grid.widened(*margin)
             grid, solid = wide, solid.moved(grid, wide)
         else:
             grid, solid = _solid(triangles, *margin, box, cell, agent)
-        places = heightfield.standing_places(heightfield.with_ground(solid, grid, laid), grid, agent.height)
+        places = heightfield.standing_places(
+            heightfield.with_ground(solid, grid, ground_height), grid, agent.height
+        )
     joined = ground.build(
         grid, places, agent.step, agent.height, agent.slope, agent.radius, max(REACH, agent.radius)
     )
@@ -164,7 +166,7 @@ def build(
     if not walkable.any():
         raise PathError("Nothing in the scene can be walked on; add a floor, or make the character smaller.")
     pieces = rectangles.cover(joined, walkable)
-    return NavMesh(agent, joined, pieces, rectangles.portals(joined, pieces), solid, laid)
+    return NavMesh(agent, joined, pieces, rectangles.portals(joined, pieces), solid, ground_height)
 
 
 def free_place(

@@ -89,7 +89,7 @@ def plan_to_goal(
     approach = _approaches(mesh, goal, stand_off, reach)
     if len(approach) == 0:
         raise PathError(
-            f"There is no free floor within {reach:.1f} m of the {goal.action} goal; make room beside it."
+            f"There is no free floor within {reach:.1f} m of the {goal.action} goal; make room around it."
         )
     reachable = approach[mesh.island_of(approach) == island]
     if len(reachable) == 0:

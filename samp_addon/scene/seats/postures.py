@@ -49,7 +49,9 @@ AROUND = np.concatenate(
 )
 BODY_SUPPORT = _lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
 BODY = _lattice((-0.19, 0.19), (-0.55, 0.62), 0.07)
-BESIDE = np.concatenate([_lattice((a, b), (-0.55, 0.15), 0.03) for a, b in ((-0.26, -0.19), (0.19, 0.26))])
+SHOULDER_SIDES = np.concatenate(
+    [_lattice((a, b), (-0.55, 0.15), 0.03) for a, b in ((-0.26, -0.19), (0.19, 0.26))]
+)
 HEAD = _lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
 FEET = _lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
 BEYOND_HEAD = _lattice((-0.2, 0.2), (-1.30, -0.70), 0.08, LOOK)
@@ -174,8 +176,8 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     long_way = np.abs(np.stack([np.sin(at[1]), np.cos(at[1])], -1)) @ (grid.high - grid.low)
     along = np.where(long_way >= 0.9 * (grid.high - grid.low).max(), 1.0, 0.65)
     # Shoulders and arms need more space than the trunk: bodies keep away from the back of a sofa.
-    beside = _blocked_share(grid, *at[:2], BESIDE, at[2] + 0.10, at[2] + 0.45)
-    room = 1 - 0.33 * beside
+    side_share = _blocked_share(grid, *at[:2], SHOULDER_SIDES, at[2] + 0.10, at[2] + 0.45)
+    room = 1 - 0.33 * side_share
     value = room * body * head * (1 - 4 * bump) * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed)
     value *= within_reach * tall * straight * along
     score[rows] = np.where(good, value, 0.0)
