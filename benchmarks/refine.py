@@ -17,13 +17,14 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from ..samp_addon.body import human
-from ..samp_addon.methods.take import Situation
+from ..samp_addon.methods.scene_view import SceneView
 from ..samp_addon.motion import Motion
-from ..samp_addon.pipeline.chain import synthesise
+from ..samp_addon.pipeline import driver
+from ..samp_addon.pipeline.driver import Work
 from ..samp_addon.pipeline.job import Job
 from ..samp_addon.refine import optimiser, refinement
+from ..samp_addon.refine.feet.plan import plan_feet
 from ..samp_addon.refine.field import Field
-from ..samp_addon.refine.standing import plan_feet
 from ..samp_addon.scene.geometry import SceneGeometry
 from ..tests.support import rooms
 
@@ -37,13 +38,13 @@ def take() -> tuple[Motion, rooms.Room]:
     """Generate a take of sitting down in a room of boxes."""
     room = rooms.random_room(1, rooms.sofa)
     pieces = [("Floor", room.floor)] + [(piece.name, piece.triangles) for piece in room.pieces]
-    situation = Situation(
+    view = SceneView(
         SceneGeometry.from_objects(pieces),
         room.target.triangles,
         (room.target.name,),
         (room.start, room.start_yaw),
     )
-    takes, _ = synthesise(Job(action="sit", target=room.target.name), situation)
+    takes, _ = driver.run(Work(Job(action="sit", target=room.target.name), [view]))
     return takes[0].motion, room
 
 
@@ -76,7 +77,7 @@ def _plain(motion: Motion, scene: refinement.Surroundings, body: human.Human) ->
     free = human.skin(body, motion, body.collision[::50]).reshape(-1, 3)[::50].astype(np.float64)
     field = Field(scene.triangles, scene.give, scene.floor, free)
     weights = {k: v for k, v in asdict(refinement.Settings()).items() if k in optimiser.SCALES}
-    every = optimiser.Looks(every=1, a_second=1e9, near=np.inf)
+    every = optimiser.Sampling(every=1, rate=1e9, near=np.inf)
     for stage in (0, 1):
         optimiser.Optimiser(
             motion, body, field, weights, plan_feet(motion, field), None, np.zeros(len(motion)), every

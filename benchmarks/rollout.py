@@ -17,7 +17,7 @@ import torch
 from ..models.motion_net import LATENT, MotionNet
 from ..models.state import SIZE
 from ..samp_addon.errors import SampError
-from ..samp_addon.methods.samp.networks import load_motion_net
+from ..samp_addon.methods.samp.load_networks import load_motion_net
 from ..samp_addon.methods.samp.request import Request
 from ..samp_addon.methods.samp.rollout import generator
 from ..samp_addon.motion import Goal

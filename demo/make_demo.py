@@ -18,7 +18,7 @@ from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.render import contact_sheet, movie, workbench
 from samp_blender.samp_addon.blender.takes import baking, reporting
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.methods.take import Tools
+from samp_blender.samp_addon.pipeline.driver import Toolbox
 from samp_blender.samp_addon.pipeline.job import Job
 
 HERE = Path(__file__).resolve().parent
@@ -29,7 +29,7 @@ FILM_SIZE, FILM_STEP = (640, 360), 2
 TILES = 12  # frames per view
 
 
-def bake(tools: Tools | None) -> baking.Result:
+def bake(tools: Toolbox | None) -> baking.Result:
     """Furnish an empty file and bake all takes onto one character; the first one is active."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
@@ -81,7 +81,7 @@ def film(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
         movie.write_movie(path, images(), keyframes.frames_per_second(scene) / FILM_STEP)
 
 
-def main(folder: Path = HERE, tools: Tools | None = None) -> int:
+def main(folder: Path = HERE, tools: Toolbox | None = None) -> int:
     """Make the demo and return the exit status."""
     begun = time.perf_counter()
     try:

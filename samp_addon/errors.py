@@ -13,3 +13,7 @@ class PathError(SampError):
 
 class RolloutError(SampError):
     """The rollout did not reach the goal."""
+
+
+class UsageError(SampError):
+    """Arguments that cannot be used, whatever the scene holds."""

@@ -58,6 +58,18 @@ class Motion:
         """Return world positions (T, J, 3) and global quaternions (T, J, 4) of the joints; cached, read-only."""
         return self._kinematics
 
+    def headings(self) -> np.ndarray:
+        """Return the horizontal unit facing (T, 3): the mean of hip and shoulder line, crossed with up."""
+        joints, _ = self.forward_kinematics()
+        side = {
+            name: skeleton.INDEX[name]
+            for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
+        }
+        across = joints[:, side["left_hip"]] - joints[:, side["right_hip"]]
+        across = across + joints[:, side["left_shoulder"]] - joints[:, side["right_shoulder"]]
+        facing = np.cross(across, [0.0, 1.0, 0.0])
+        return facing / np.maximum(np.linalg.norm(facing, axis=-1, keepdims=True), 1e-9)
+
     @cached_property
     def _kinematics(self) -> tuple[np.ndarray, np.ndarray]:
         result = skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)

@@ -1,4 +1,4 @@
-"""What a jobs file has had done already, so that a second run goes on where the first one ended."""
+"""Which jobs of a jobs file are done, so that a second run continues where the first one ended."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import SampError
-from ..pipeline.job import Order
-from .saved_takes import KeptTakes
+from .order import Order
+from .saved_takes import SavedTakes
 
 
 @dataclass
 class Ledger:
-    """Done jobs, one JSON object a line in a file beside the jobs file."""
+    """The done jobs: one JSON object a line, in a file beside the jobs file."""
 
     path: Path
     entries: dict[str, dict] = field(default_factory=dict)
 
     @classmethod
     def beside(cls, jobs: Path) -> Ledger:
-        """The ledger of a jobs file, `FILE.done`. A line cut off by a kill is passed over."""
+        """Return the ledger of a jobs file, `FILE.done`. A line cut off by a kill is skipped."""
         ledger = cls(jobs.with_name(jobs.name + ".done"))
         if ledger.path.is_file():
             for line in ledger.path.read_text(encoding="utf-8").splitlines():
@@ -34,19 +34,19 @@ class Ledger:
         return ledger
 
     def recall(self, order: Order) -> list[dict] | None:
-        """The report's variants of a job that is done and whose files are still there, else None."""
+        """Return the report's variants of a job that is done and whose files are still there, else None."""
         entry = self.entries.get(fingerprint(order))
         if entry is None or not all(Path(name).is_file() for name in entry["files"]):
             return None
         return entry["variants"]
 
-    def kept(self, order: Order) -> KeptTakes:
-        """The takes of a job that is not done yet, `FILE.takes/`."""
+    def saved(self, order: Order) -> SavedTakes:
+        """Return the saved takes of a job that is not done yet, `FILE.takes/`."""
         folder = self.path.with_name(self.path.name.removesuffix(".done") + ".takes")
-        return KeptTakes(folder, fingerprint(order)[:16])
+        return SavedTakes(folder, fingerprint(order)[:16])
 
-    def note(self, order: Order, variants: Sequence[dict], files: Sequence[Path]) -> None:
-        """Writes down that a job is done. Raises SampError where the ledger cannot be written."""
+    def record(self, order: Order, variants: Sequence[dict], files: Sequence[Path]) -> None:
+        """Record that a job is done. Raise SampError where the ledger cannot be written."""
         key = fingerprint(order)
         names = [str(path.absolute()) for path in files]
         self.entries[key] = {"key": key, "files": names, "variants": list(variants)}
@@ -62,9 +62,9 @@ class Ledger:
 
 
 def fingerprint(order: Order) -> str:
-    """Changes with any option, and when the scene's file is saved anew."""
-    told = order.options()
+    """Return a name that changes with any option, and when the scene's file is saved again."""
+    options = order.options()
     if order.scene is not None and order.scene.is_file():
         stat = order.scene.stat()
-        told["saved"] = [stat.st_mtime_ns, stat.st_size]
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        options["saved"] = [stat.st_mtime_ns, stat.st_size]
+    return hashlib.sha256(json.dumps(options, sort_keys=True).encode()).hexdigest()

@@ -14,7 +14,6 @@ from .. import rotation
 from ..frames import direction_yaw
 from ..motion import Motion, velocities
 from ..skeleton import BODY_COUNT
-from .metrics import heading
 
 TRAJECTORY_SAMPLES = np.linspace(-1, 1, 13)
 """Times at which the root's trajectory is sampled, seconds relative to a frame."""
@@ -24,7 +23,7 @@ def pose_features(motion: Motion) -> np.ndarray:
     """Return (T, 264): 22 joints x (position 3, forward 3, up 3, velocity 3) in each frame's root frame."""
     joints, globals_ = motion.forward_kinematics()
     joints, globals_ = joints[:, :BODY_COUNT], globals_[:, :BODY_COUNT]
-    to_root = rotation.about_y(-direction_yaw(heading(motion)))[:, None]
+    to_root = rotation.about_y(-direction_yaw(motion.headings()))[:, None]
     floor = motion.root * [1.0, 0.0, 1.0]
     matrices = rotation.quaternion_to_matrix(globals_)
     world = [joints - floor[:, None], matrices[..., 2], matrices[..., 1], velocities(joints, motion.fps)]
@@ -34,7 +33,7 @@ def pose_features(motion: Motion) -> np.ndarray:
 
 def trajectory_features(motion: Motion) -> np.ndarray:
     """Return (T, 52): the root's floor positions and directions at 13 times from -1 s to +1 s, in the root frame."""
-    yaw = direction_yaw(heading(motion))
+    yaw = direction_yaw(motion.headings())
     steps = np.round(TRAJECTORY_SAMPLES * motion.fps).astype(int)
     at = np.clip(np.arange(len(motion))[:, None] + steps, 0, len(motion) - 1)
     offset = (motion.root[at] - motion.root[:, None])[..., [0, 2]]

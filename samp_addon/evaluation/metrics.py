@@ -10,7 +10,7 @@ import numpy as np
 
 from ..body.human import Human
 from ..motion import Goal, Motion
-from ..skeleton import BODY_COUNT, INDEX
+from ..skeleton import BODY_COUNT
 from . import collision, feet
 from .obstacles import Obstacles
 
@@ -20,15 +20,6 @@ SUCCESS_DISTANCE = 0.20
 SUCCESS_SECONDS = 1.0
 ARRIVED_SPEED = 0.1
 """Metres per second. Largest speed of the pelvis of a take that has arrived."""
-
-
-def heading(motion: Motion) -> np.ndarray:
-    """Return horizontal unit facings (T, 3): the mean of hip and shoulder line, crossed with up."""
-    joints, _ = motion.forward_kinematics()
-    across = joints[:, INDEX["left_hip"]] - joints[:, INDEX["right_hip"]]
-    across = across + joints[:, INDEX["left_shoulder"]] - joints[:, INDEX["right_shoulder"]]
-    facing = np.cross(across, [0.0, 1.0, 0.0])
-    return facing / np.maximum(np.linalg.norm(facing, axis=-1, keepdims=True), 1e-9)
 
 
 def _last_second(motion: Motion) -> slice:
@@ -52,7 +43,7 @@ def rotation_error(motion: Motion, goal: Goal) -> float:
     """Return RE, the angle between the facing and the goal's direction, degrees, mean over the last second."""
     wanted = np.array([goal.direction[0], 0.0, goal.direction[2]])
     wanted = wanted / max(np.linalg.norm(wanted), 1e-9)
-    cosine = np.clip(heading(motion)[_last_second(motion)] @ wanted, -1, 1)
+    cosine = np.clip(motion.headings()[_last_second(motion)] @ wanted, -1, 1)
     return float(np.degrees(np.arccos(cosine)).mean())
 
 

@@ -1,92 +1,95 @@
-"""What the chain is told of a scene, and the takes and failures that it makes. Network frame, metres."""
+"""Takes and failures: what a method makes. Network frame, metres."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import SampError
-from ..motion import Goal, Motion
-from ..refine import refinement
+from ..frames import direction_yaw
+from ..motion import SEATED, Goal, Motion
 from ..refine.refinement import Refined
-from ..scene.geometry import SceneGeometry
-from .samp.request import Request
 
 
 @dataclass(frozen=True)
-class Situation:
-    """What the chain needs to know of the artist's scene; network frame.
+class SubGoal:
+    """A place that a take passes: position (3,) of the pelvis, direction (3,) of its facing, and its frame."""
 
-    scene: all triangles, the target's too, the character's not. target: (F, 3, 3) or None. parts:
-    the target's names in the scene. start: floor
-    position (3,) and yaw, or None for a free place. destination: floor position (3,) and yaw or None, for
-    walks. goals: places on the target that the artist has chosen; empty to let GoalNet choose. via: floor positions
-    (3,) that the way passes in their order.
-    """
-
-    scene: SceneGeometry
-    target: np.ndarray | None = None
-    parts: Sequence[str] = ()
-    start: tuple[np.ndarray, float] | None = None
-    destination: tuple[np.ndarray, float | None] | None = None
-    goals: Sequence[Goal] = ()
-    via: Sequence[np.ndarray] = ()
+    position: np.ndarray
+    direction: np.ndarray
+    frame: int
 
 
 @dataclass(frozen=True)
 class Take:
-    """One generated take. goal: for walks at the standing pelvis' height. waypoints: (N, 3), start first.
+    """One generated Motion, and what else its method knows; what it does not know is None.
 
-    steps: the takes that it was joined from, see sequence.py; empty for a single action. laid_ground: height of the
-    floor that was assumed where the scene has none, or None. refined: what its refinement changed, see refinement.py.
+    method: the name of the method. seconds: by stage. attempts: how often the driver tried. goal: where the pelvis
+    ends, for walks at standing height. waypoints: (N, 3) of the path on the floor, its start first. sub_goals: places
+    passed on the way. camera: name of the camera whose picture the take fits. steps: the takes that it was joined
+    from; empty for a single action. laid_ground: height of the floor that was assumed in a scene without one, or None.
+    refined: what its refinement changed.
     """
 
     seed: int
     motion: Motion
-    goal: Goal
-    waypoints: np.ndarray
+    method: str = "samp"
     seconds: dict[str, float] = field(default_factory=dict)
     attempts: int = 1
+    goal: Goal | None = None
+    waypoints: np.ndarray | None = None
+    sub_goals: tuple[SubGoal, ...] | None = None
+    camera: str | None = None
     steps: tuple[Take, ...] = ()
     laid_ground: float | None = None
     refined: Refined | None = None
 
+    @property
+    def floor(self) -> float:
+        """Height of the lowest ground that the take is on: its path's, else the assumed floor, else its feet's."""
+        if self.waypoints is not None:
+            return float(self.waypoints[:, 1].min())
+        return self.laid_ground if self.laid_ground is not None else self._lowest_joints().min()
+
+    @property
+    def floor_start(self) -> np.ndarray:
+        """The ground (3,) on which the take begins."""
+        return self.waypoints[0] if self.waypoints is not None else self._below_pelvis(0)
+
+    @property
+    def floor_end(self) -> np.ndarray:
+        """The ground (3,) from which a path can lead on: in front of the seat, or where the character stands."""
+        if self.waypoints is not None:
+            return self.waypoints[-1]
+        return self._below_pelvis(-1)
+
+    @property
+    def below_end(self) -> np.ndarray:
+        """The ground (3,) under the pelvis at the take's end."""
+        place = self.motion.root[-1].copy()
+        place[1] = self.floor_end[1]
+        return place
+
+    @property
+    def exit(self) -> tuple[np.ndarray, float]:
+        """Where the next step's path begins: ground (3,), and the facing at the end in radians."""
+        yaw = float(direction_yaw(self.motion.headings()[-1]))
+        seated = self.goal is not None and self.goal.action in SEATED
+        return (self.floor_end if seated else self.below_end), yaw
+
+    def _below_pelvis(self, frame: int) -> np.ndarray:
+        place = self.motion.root[frame].copy()
+        place[1] = self.laid_ground if self.laid_ground is not None else self._lowest_joints()[frame]
+        return place
+
+    def _lowest_joints(self) -> np.ndarray:
+        """Height of the lowest joint in each frame (T,)."""
+        return self.motion.forward_kinematics()[0][..., 1].min(1)
+
 
 @dataclass(frozen=True)
 class Failure:
-    """A take that could not be made, and why."""
+    """A take that could not be made, and why, in one sentence."""
 
     seed: int
     message: str
-
-
-@dataclass(frozen=True)
-class Tools:
-    """The networks' part and the optimiser's, which tests replace.
-
-    sample_goals: (triangles, action, count, seed, obstacles) -> goals. refine: as refine/refining.py has it.
-    """
-
-    sample_goals: Callable[[np.ndarray, str, int, int, np.ndarray], Sequence[Goal]]
-    generate: Callable[[Sequence[Request], Callable[[float], None]], Sequence[Motion | SampError]]
-    refine: Callable[..., Refined] = refinement.refine
-
-
-class Clock:
-    """Seconds by stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Adds the time inside to the stage's."""
-        begun = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun

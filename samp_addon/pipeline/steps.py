@@ -1,7 +1,7 @@
-"""Several actions in a row as one take: each step goes on where the one before it ended.
+"""Several actions in a row as one take: each step begins where the one before it ended.
 
-Sit, stand up, walk to the window: every step has a goal, a way and a rollout of its own, and begins with the pose and
-the velocities of the last one.
+Sit, stand up, walk to the window: every step has a goal, a path and a motion of its own, by any method, and begins
+with the pose and the velocities in which the last one ended.
 """
 
 from __future__ import annotations
@@ -12,63 +12,69 @@ from dataclasses import replace
 import numpy as np
 
 from .. import rotation
+from ..clock import Clock
 from ..easing import smoothstep
-from ..methods.take import Failure, Situation, Take, Tools
+from ..methods.method import Method
+from ..methods.scene_view import SceneView
+from ..methods.step import Step
+from ..methods.take import Failure, Take
 from ..motion import Motion
 from ..progress import Progress, SubProgress
-from .chain import networks, synthesise
-from .job import Job
+from . import attempts
 
-FADE = 12  # frames in which what does not fit at a joint dies away
+FADE = 12
+"""Frames in which the offset at a joint between two steps fades out."""
 
 
-def synthesise_steps(
-    steps: Sequence[tuple[Job, Situation]],
-    progress: Progress = lambda stage, share: None,
-    tools: Tools | None = None,
+def generate(
+    steps: Sequence[tuple[Method, Step, SceneView]], seeds: Sequence[int], progress: Progress
 ) -> tuple[list[Take], list[Failure]]:
-    """Takes that do all the steps, one for each seed of the first job, and why others failed.
+    """Return takes that do all the steps, one for each seed, and why the other seeds have none.
 
-    The jobs after the first have its seeds. A take's goal and interaction are the last step's; its ``steps`` are the
-    single ones. Raises SampError where no take can be made at all.
+    A take's goal and interaction are the last step's; its `steps` are the single ones.
     """
     if len(steps) == 1:
-        return synthesise(*steps[0], progress, tools)
-    tools = tools or networks()
-    done: dict[int, list[Take]] = {}
+        return attempts.generate(*steps[0], seeds, progress)
+    done: dict[int, list[Take]] = {seed: [] for seed in seeds}
     failures: list[Failure] = []
-    for number, (job, situation) in enumerate(steps):
+    for number, (method, step, scene) in enumerate(steps):
         part = SubProgress(progress, number / len(steps), 1 / len(steps))
-        after = {seed: takes[-1] for seed, takes in done.items()} if number else None
-        takes, failed = synthesise(job, situation, part, tools, after)
+        view = replace(scene, after={seed: takes[-1] for seed, takes in done.items() if takes})
+        takes, failed = attempts.generate(method, step, view, list(done), part)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]
-        done = {take.seed: [*done.get(take.seed, []), take] for take in takes}
+        done = {take.seed: [*done[take.seed], take] for take in takes}
         if not done:
             break
     return [joined(takes) for takes in done.values()], failures
 
 
 def joined(takes: Sequence[Take]) -> Take:
-    """One take out of the steps of one seed."""
-    motion = takes[0].motion
+    """Return one take made of the steps of one seed."""
+    motion, clock = takes[0].motion, Clock()
     for take in takes[1:]:
         motion = _append(motion, take.motion)
-    seconds: dict[str, float] = {}
     for take in takes:
-        for stage, value in take.seconds.items():
-            seconds[stage] = seconds.get(stage, 0.0) + value
+        clock.add(take.seconds)
+    paths = [take.waypoints for take in takes if take.waypoints is not None]
+    starts = np.cumsum([0, *(len(take.motion) for take in takes)])
+    sub_goals = [
+        replace(place, frame=place.frame + int(start))
+        for take, start in zip(takes, starts, strict=False)
+        for place in take.sub_goals or ()
+    ]
     return replace(
         takes[-1],
         motion=motion,
-        waypoints=np.concatenate([take.waypoints for take in takes]),
-        seconds=seconds,
+        waypoints=np.concatenate(paths) if paths else None,
+        sub_goals=tuple(sub_goals) or None,
+        seconds=clock.seconds,
         attempts=max(take.attempts for take in takes),
         steps=tuple(takes),
     )
 
 
 def _append(first: Motion, second: Motion) -> Motion:
-    """Both motions, the second one's difference at the joint fading out."""
+    """Return both motions in a row; the offset of the second at the join fades out."""
     weight = smoothstep(1 - np.arange(len(second)) / FADE)
     ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
     root = second.root + weight[:, None] * (ahead - second.root[0])

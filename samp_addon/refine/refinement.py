@@ -1,4 +1,5 @@
-"""Refine: contact, penetration, foot slide and smoothness of any take mended (Long-term motion, section 3.4)."""
+"""Refinement of any take against its scene: contact, penetration, foot slide, smoothness (Long-term motion, section
+3.4)."""
 
 from __future__ import annotations
 
@@ -18,27 +19,28 @@ from ..motion import Goal, Motion
 from ..progress import Progress
 from ..scene.distance import solids
 from ..scene.geometry import extent
+from .feet.foot_lock import lock_to_plans
+from .feet.plan import FootPlan, lowest_ground, plan_feet
 from .field import Field
-from .standing import FootPlan, lowest_ground, plan_feet, stand
-from .weight import settled
+from .hovering import settle
 
-SMOOTHED = 4.0  # frames of 30 a second of the Gaussian over time, for each unit of the weight of smoothness
+SMOOTHING = 4.0  # frames at 30 fps: sigma of the Gaussian over time, per unit of the weight of smoothness
 WINDOW, OVERLAP = 8.0, 1.0  # seconds
-REACH = 1.0  # metres around the character in which something has to be
-SOME = 500  # vertices in all that tell what is outside
-RESTING_SECONDS = 1.0
-UNDERGROUND = -1e3
-LAST_EVEN = 0.04  # seconds; what still hovers does so by little
-UNSOLVED = 0.02  # metres
+REACH = 1.0  # metres around the character within which there has to be something
+OUTSIDE_SAMPLES = 500  # vertices that decide which side of a surface is outside
+RESTING_SECONDS = 1.0  # at the end of a take that rests on its goal
+NO_FLOOR = -1e3  # height of a floor that is out of the way
+LAST_SETTLING = 0.04  # seconds, sigma; what still hovers at the end does so by little
+UNSOLVED = 0.02  # metres of remaining depth that are worth a note
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Weights of the energies in the two stages (appendix 2), and how much is changed.
+    """Weights of the energies in the two stages (appendix 2).
 
-    foot, collision, contact, smooth: of equations 5 to 7 and of the foot's location; the first stage leaves the
-    foot out. close: of staying with the input. limits: of joints past their limits. goal: of the pelvis on its
-    goal. strength: share of the change that is kept, 0 to 1.
+    foot, collision, contact, smooth: of the feet's locations, which the first stage leaves out, and of equations 5 to
+    7. close: of closeness to the input. limits: of the joint limits. goal: of the pelvis on its goal. strength: share
+    of the change that is kept, 0 to 1.
     """
 
     foot: float = 1.0
@@ -53,10 +55,10 @@ class Settings:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a take is refined against, network frame.
+    """The scene that a take is refined against; network frame, metres.
 
-    triangles: (F, 3, 3), metres. give: (F,) metres that the triangle's object yields under a body (its cushion
-    depth). floor: height under which all is solid, or None where the triangles hold all floors.
+    triangles: (F, 3, 3). give: (F,) by which the triangle's object yields under a body (its cushion depth). floor:
+    height below which all is solid, or None where the triangles include all floors.
     """
 
     triangles: np.ndarray
@@ -65,14 +67,17 @@ class Surroundings:
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """For the measures; the takes in one scene share what is found out about it."""
+        """Return the obstacles for the measures; cached, because all takes in a scene share them."""
         return Obstacles(self.triangles)
 
 
 @dataclass(frozen=True)
 class Refined:
-    """A refined take. before, after: measures of both (evaluation.metrics.measure). unsolved: metres that the body
-    is still deep in the scene somewhere, 0 where it is out. notes: sentences for the artist."""
+    """A refined take.
+
+    before, after: measures of the input and of the result (evaluation.metrics.measure). unsolved: largest remaining
+    depth of the body in the scene, metres; 0 where it is free. notes: sentences for the artist.
+    """
 
     motion: Motion
     before: dict
@@ -90,51 +95,52 @@ def refine(
     progress: Progress = lambda stage, share: None,
     measured: bool = True,
 ) -> Refined:
-    """The motion, refined. body: whose skin counts; the default human if left out.
+    """Refine a motion against its surroundings.
 
-    What progress raises stops the work. Raises SampError for a motion with numbers that are none, and where there
-    is no scene near. measured: whether before and after are filled in.
+    body: the default human if omitted. progress: called with the stage and the share done; an exception that it
+    raises stops the work. measured: whether before and after are filled in. Raises SampError for a motion that is not
+    finite, and where no scene is near.
     """
     settings, body = settings or Settings(), body or human.load()
-    _require_sound(motion)
+    _require_finite(motion)
     progress("Looking at the scene", 0.0)
-    field_ = _field(motion, surroundings, body)
-    mended = smoothed(motion, settings.smooth)
+    scene = _field(motion, surroundings, body)
+    refined = smoothed(motion, settings.smooth)
     if settings.contact > 0:
-        mended = settled(mended, field_, body)
+        refined = settle(refined, scene, body)
     feet = None
     for stage in (0, 1):
-        feet = plan_feet(mended, field_, feet)
-        mended = _optimised(mended, field_, body, settings, goal, feet, stage, progress)
+        feet = plan_feet(refined, scene, feet)
+        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress)
     progress("Feet", 0.9)
     if settings.foot > 0:
-        mended = stand(mended, feet, field_)
+        refined = lock_to_plans(refined, feet, scene)
     if settings.contact > 0:
-        mended = settled(mended, field_, body, LAST_EVEN)
+        refined = settle(refined, scene, body, LAST_SETTLING)
     if settings.strength < 1:
-        mended = blended(motion, mended, settings.strength)
+        refined = blended(motion, refined, settings.strength)
     progress("Measuring", 0.95)
-    return _told(motion, mended, surroundings, field_, goal, body, measured)
+    return _result(motion, refined, surroundings, scene, goal, body, measured)
 
 
 def smoothed(motion: Motion, weight: float) -> Motion:
-    """The motion without its tremble: a Gaussian over time."""
-    sigma = SMOOTHED * weight * motion.fps / 30
+    """Return the motion without its jitter, under a Gaussian over time. weight: that of smoothness."""
+    sigma = SMOOTHING * weight * motion.fps / 30
     if sigma < 0.1 or len(motion) < 3:
         return motion
     return motion.smoothed(sigma)
 
 
 def blended(motion: Motion, refined: Motion, share: float) -> Motion:
-    """Between a motion (share 0) and the refined one (share 1)."""
+    """Blend between a motion (share 0) and the refined one (share 1)."""
     turns = rotation.slerp(motion.rotations, refined.rotations, share)
     return replace(motion, root=motion.root + share * (refined.root - motion.root), rotations=turns)
 
 
 def windows(frames: int, fps: float, stage: int = 0) -> list[tuple[int, int]]:
-    """First and last + 1 frames of the windows of a take; each begins OVERLAP seconds before the last one ends.
+    """Return the windows (first, last + 1) of a take; each begins OVERLAP seconds before the previous one ends.
 
-    Those of the second stage lie across the seams of the first.
+    The windows of the second stage lie across the seams of the first.
     """
     size, step = round(WINDOW * fps), round((WINDOW - OVERLAP) * fps)
     if frames <= round(1.5 * WINDOW * fps):
@@ -145,9 +151,9 @@ def windows(frames: int, fps: float, stage: int = 0) -> list[tuple[int, int]]:
     return [(first, min(last, frames)) for first, last in zip(starts, ends, strict=True)]
 
 
-def _optimised(
+def _optimise(
     motion: Motion,
-    field_: Field,
+    scene: Field,
     body: Human,
     settings: Settings,
     goal: Goal | None,
@@ -155,8 +161,8 @@ def _optimised(
     stage: int,
     progress: Progress,
 ) -> Motion:
-    """The motion after a stage of gradient descent, window by window, each faded into the next."""
-    from .optimiser import SCALES, Optimiser  # torch is imported on first use
+    """Return the motion after one stage of gradient descent, window by window, each blended into the next."""
+    from .optimiser import SCALES, Optimiser  # imports torch
     from .pose import changed
 
     weights = {name: value for name, value in asdict(settings).items() if name in SCALES}
@@ -167,70 +173,69 @@ def _optimised(
     for number, (first, last) in enumerate(spans):
         part = slice(first, last)
         optimiser = Optimiser(
-            motion.pose_slice(part), body, field_, weights, [_cut_plan(plan, part) for plan in feet],
+            motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
         )  # fmt: skip
-        told = lambda share, n=number: progress("Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans)))
-        moved = optimiser.solve(stage, told)
+        report = lambda share, n=number: progress(
+            "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))
+        )
+        changes = optimiser.solve(stage, report)
         share = np.ones(last - first)
         if number:
-            known = spans[number - 1][1] - first
-            share[:known] = smoothstep(np.arange(1, known + 1) / (known + 1))
-        shift[part] += share[:, None] * (moved[0] - shift[part])
-        turn[part] += share[:, None, None] * (moved[1] - turn[part])
+            overlap = spans[number - 1][1] - first
+            share[:overlap] = smoothstep(np.arange(1, overlap + 1) / (overlap + 1))
+        shift[part] += share[:, None] * (changes[0] - shift[part])
+        turn[part] += share[:, None, None] * (changes[1] - turn[part])
     return changed(motion, shift, turn)
 
 
-def _cut_plan(plan: FootPlan, part: slice) -> FootPlan:
-    return replace(
-        plan, ankle=plan.ankle[part], turned=plan.turned[part], standing=plan.standing[part], stances=()
-    )
-
-
-def _require_sound(motion: Motion) -> None:
+def _require_finite(motion: Motion) -> None:
+    """Raise SampError where a key is not finite."""
     for name, values in (("root", motion.root[:, None]), ("", motion.rotations)):
         wrong = np.argwhere(~np.isfinite(values).all(-1))
         if len(wrong):
             frame, joint = wrong[0]
             bone = name or skeleton.JOINTS[joint]
-            raise SampError(f"Frame {frame} of the take has no number for '{bone}'; mend or delete that key.")
+            raise SampError(
+                f"Frame {frame} of the take has no finite value for '{bone}'; correct or delete that key."
+            )
 
 
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
-    """What the character may touch. Raises SampError where nothing is near."""
+    """Return the distances of what the character may touch. Raises SampError where nothing is near."""
     low, high = extent(motion.root)
     low, high = low - 1.2 - REACH, high + 1.2 + REACH
     near = solids.overlapping_box(surroundings.triangles, low, high)
     if not len(near):
         raise SampError(
-            "Nothing stands within a metre of the character; show the furniture and the floor, or refine elsewhere."
+            "No visible object is within a metre of the character; show the furniture and the floor, or move the take."
         )
     rows = np.linspace(0, len(motion) - 1, min(len(motion), 16)).astype(int)
-    few = body.collision[:: max(1, len(body.collision) * len(rows) // SOME // 8)]
+    few = body.collision[:: max(1, len(body.collision) * len(rows) // OUTSIDE_SAMPLES // 8)]
     free = human.skin(body, motion.pose_slice(rows), few).reshape(-1, 3).astype(np.float64)
-    field_ = Field(surroundings.triangles, surroundings.give, surroundings.floor, free)
-    floor = lowest_ground(motion, field_) if surroundings.floor is None else None
-    # Most floors are planes, which have no inside of their own.
-    return field_ if floor is None else Field(surroundings.triangles, surroundings.give, floor, free)
+    scene = Field(surroundings.triangles, surroundings.give, surroundings.floor, free)
+    floor = lowest_ground(motion, scene) if surroundings.floor is None else None
+    # Most floors are planes, which have no inside: they are made solid below the lowest stance.
+    return scene if floor is None else Field(surroundings.triangles, surroundings.give, floor, free)
 
 
-def _told(
+def _result(
     motion: Motion,
     refined: Motion,
     surroundings: Surroundings,
-    field_: Field,
+    scene: Field,
     goal: Goal | None,
     body: Human,
     measured: bool,
 ) -> Refined:
-    """What came of it, in numbers."""
-    floor = UNDERGROUND if field_.floor is None else field_.floor
+    """Measure a refined motion and its input."""
+    floor = NO_FLOOR if scene.floor is None else scene.floor
     numbers = [
         metrics.measure(one, goal, surroundings.obstacles, floor, body) if measured else {}
         for one in (motion, refined)
     ]
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)
-    left = float(max(-field_.at(skin)[0].min(), 0.0))
+    left = float(max(-scene.at(skin)[0].min(), 0.0))
     notes = ()
     if left > UNSOLVED:
         notes = (

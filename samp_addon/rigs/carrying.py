@@ -17,9 +17,11 @@ from ..body.hands import complete
 from ..body.proportions import leg_length
 from ..easing import smoothstep
 from ..motion import CONTACTS, Motion
-from ..refine import standing
-from ..refine.foot_lock import BALL_HEIGHT, FEET, HEEL_BACK, Foot, spells
+from ..refine.feet.foot import BALL_HEIGHT, FEET, HEEL_BACK, Foot
+from ..refine.feet.foot_lock import lock_to_plans
+from ..refine.feet.plan import FootPlan, plan_feet
 from ..refine.inverse_kinematics import solve_limb
+from ..refine.runs import runs
 from .fitting import Fit, fit, hips, seat_depth
 from .footprints import Footprints
 from .rig import Rig
@@ -63,11 +65,11 @@ def carry(motion: Motion, rig: Rig, bones: Mapping[str, str], skin: np.ndarray |
     motion = replace(motion, rotations=complete(motion.rotations))
     laid = fit(rig, bones, motion.rest_joints)
     prints = Footprints.of(motion)
-    plans = standing.plan_feet(motion, prints)
+    plans = plan_feet(motion, prints)
     body = replace(motion, root=_root(motion, laid, prints, skin), rest_joints=_standing_joints(laid))
     body = _following(body, motion, plans)
-    planned = standing.plan_feet(body, prints, known=plans)
-    body = standing.stand(body, planned, prints)
+    planned = plan_feet(body, prints, known=plans)
+    body = lock_to_plans(body, planned, prints)
     location, rotations = _channels(body, rig, laid)
     return Carried(
         fit=laid,
@@ -128,7 +130,7 @@ def _between(
 ) -> np.ndarray:
     """Metres (T,) that the hips are raised: ``seated`` while they rest, ``standing_`` (T,) while they are as high over
     the ground as in most of the steps, at most ``tall``; on the way down and up in proportion to how far they are."""
-    rests = spells(resting, 1, 0)
+    rests = runs(resting, 1, 0)
     if not rests:
         return standing_
     # The height from which, or to which, the hips go: that of the rest which is nearest in time.
@@ -142,7 +144,7 @@ def _between(
     return seated + share * (standing_ - seated)
 
 
-def _following(body: Motion, motion: Motion, plans: list[standing.FootPlan]) -> Motion:
+def _following(body: Motion, motion: Motion, plans: list[FootPlan]) -> Motion:
     """The rig's take with its feet where the take's are while they stand or step; feet that hang or lie follow their
     legs. The middles of the soles are at the same place."""
     theirs, turned = motion.forward_kinematics()
@@ -170,7 +172,7 @@ def _sole_middle(joints: np.ndarray, foot: Foot) -> np.ndarray:
     return middle
 
 
-def _stepping(plan: standing.FootPlan, count: int, fps: float) -> np.ndarray:
+def _stepping(plan: FootPlan, count: int, fps: float) -> np.ndarray:
     """1 (count,) where a foot stands or steps from one stance to the next, fading to 0 beside it."""
     steps = plan.standing.astype(float)
     for one, other in zip(plan.stances[:-1], plan.stances[1:], strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 from .. import rotation, skeleton
 from ..body.proportions import leg_length
 from ..errors import SampError
-from ..refine.foot_lock import BALL_HEIGHT
+from ..refine.feet.foot import BALL_HEIGHT
 from . import maps, spines
 from .rig import Rig
 

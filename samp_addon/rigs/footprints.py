@@ -10,11 +10,10 @@ from scipy.ndimage import uniform_filter1d
 
 from .. import rotation
 from ..motion import Motion
-from ..refine.foot_lock import FEET, Foot, sole_points, spells
+from ..refine.feet.foot import FEET, Foot, sole_points
+from ..refine.feet.stances import SHORTEST, SLOW, UPRIGHT
+from ..refine.runs import runs
 
-SLOW = 0.4  # m/s of a sole that stands
-UPRIGHT = 0.75  # cosine between a standing foot's own up and the vertical
-SHORTEST = 4  # frames of 30 a second
 SAME_PLACE = 0.3  # metres around a footprint in which a higher one is a foot in the air
 
 
@@ -55,7 +54,7 @@ class Footprints:
 
 
 def _spells(motion: Motion, foot: Foot) -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """The lowest point (T, 3) of a sole, and the spells in which it is slow and level."""
+    """The lowest point (T, 3) of a sole, and the runs in which it is slow and level."""
     positions, globals_ = motion.forward_kinematics()
     ends = sole_points(positions, globals_, motion.rest_joints, foot.side)
     low = np.where((ends[0][:, 1] < ends[1][:, 1])[:, None], *ends)
@@ -65,7 +64,7 @@ def _spells(motion: Motion, foot: Foot) -> tuple[np.ndarray, list[tuple[int, int
     speed = uniform_filter1d(np.min(speeds, axis=0), 3, mode="nearest")
     up = rotation.rotate(globals_[:, foot.ankle], np.broadcast_to([0.0, 1.0, 0.0], low.shape))[:, 1]
     least = max(2, round(SHORTEST * motion.fps / 30))
-    return low, spells((speed < SLOW) & (up > UPRIGHT), least, 2)
+    return low, runs((speed < SLOW) & (up > UPRIGHT), least, 2)
 
 
 def _in_the_air(place: np.ndarray, others: Sequence[tuple[np.ndarray, float]]) -> bool:

@@ -228,10 +228,10 @@ def test_arguments_under_blender_follow_two_dashes(monkeypatch, command, meant):
 
 
 def test_every_option_stands_in_the_documentation():
-    from samp_blender.samp_addon.pipeline import job
+    from samp_blender.samp_addon.batch import command_line
 
     told = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
-    for action in job.parser()._actions:
+    for action in command_line.parser()._actions:
         for option in action.option_strings:
             assert option in ("-h", "--help") or f"`{option}" in told, option
 

@@ -10,11 +10,11 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import armature, character
-from samp_blender.samp_addon.blender.takes import baking, measure, reporting
-from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.pipeline.job import Job, UsageError
+from samp_blender.samp_addon.blender.takes import baking, reporting
+from samp_blender.samp_addon.errors import SampError, UsageError
+from samp_blender.samp_addon.pipeline.job import Job
 
 SIT = Job(action="sit", target="Sofa", variants=2, seed=5, hold=1.5)
 
@@ -51,7 +51,7 @@ def test_the_report_tells_what_the_armature_shows(start):
     bpy.context.scene.render.fps, bpy.context.scene.frame_start = 24, 11
     result = run(replace(SIT, start=start))
     report = json.loads(json.dumps(reporting.report(result.variants)))
-    assert report["schema_version"] == 1
+    assert report["schema_version"] == 2
     for variant, action in zip(report["variants"], result.actions, strict=True):
         keyframes.activate_action(result.owner, action)
         bpy.context.scene.frame_set(variant["frame_end"])
@@ -193,7 +193,7 @@ def test_what_a_take_is_refined_against(start, floor):
     assert around.give.max() == 0.03 and 0 < (around.give > 0).mean() < 1
     # Where a floor was assumed it has no triangles.
     assert around.floor == (None if floor else pytest.approx(0, abs=1e-6))
-    remembered = measure.remembered_ground(result.actions[0])
+    remembered = notes.read_ground(result.actions[0])
     assert remembered == (None if floor else pytest.approx(0, abs=1e-6))
     np.testing.assert_allclose(body.joints, armature.calibrate(owner).rest_joints, atol=1e-6)
     np.testing.assert_array_equal(motion.rest_joints, body.joints)
@@ -206,7 +206,7 @@ def test_a_take_that_cannot_be_refined_is_kept_and_reported(start):
 
     tools = replace(fakes.TOOLS, refine=fail)
     result = baking.run(bpy.context, replace(SIT, start=start, refine=True), tools=tools)
-    assert len(result.actions) == 2 and "refined" not in result.variants[0]
+    assert len(result.actions) == 2 and result.variants[0]["refined"] is None
     assert [failure.message for failure in result.failures] == [
         "The take is not refined: Nothing stands near."
     ] * 2
@@ -225,7 +225,7 @@ def test_a_take_that_cannot_be_refined_is_kept_and_reported(start):
         ({"action": "idle", "variants": 0}, "--variants"),
         ({"action": "idle", "seed": -1}, "--seed"),
         ({"action": "idle", "hold": -1.0}, "--hold"),
-        ({"action": "idle", "method": "long_term"}, "not in this version"),
+        ({"action": "idle", "method": "long_term"}, "no method"),
         ({"action": "idle", "method": "magic"}, "no method"),
     ],
 )

@@ -15,9 +15,9 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-from samp_blender.samp_addon.batch import take_by_take
-from samp_blender.samp_addon.batch.saved_takes import KeptTakes
-from samp_blender.samp_addon.methods.take import Failure, Take, Tools
+from samp_blender.samp_addon.batch.saved_takes import SavedTakes
+from samp_blender.samp_addon.blender.takes import baking
+from samp_blender.samp_addon.methods.take import Failure, SubGoal, Take
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine.refinement import Refined
@@ -130,16 +130,18 @@ def test_takes_that_are_kept_are_not_made_again(tmp_path):
         made.append("refined")
         return fakes.refine(*arguments)
 
-    tools = Tools(fakes.sample_goals, generate, refine)
-    job, kept = Job("sit", "Sofa", start=tuple(start), variants=3, refine=True), KeptTakes(tmp_path, "job")
+    tools = fakes.toolbox(generate, refine=refine)
+    job, kept = Job("sit", "Sofa", start=tuple(start), variants=3, refine=True), SavedTakes(tmp_path, "job")
     with pytest.raises(KeyboardInterrupt):
-        take_by_take.run(bpy.context, job, tools, kept)
+        baking.run(bpy.context, job, tools=tools, store=kept)
     assert made == ["3 rolled out", "refined"]
     made.append("stopped")
-    lines = []
-    result = take_by_take.run(bpy.context, job, tools, kept, lines.append)
+    seeds = []
+    result = baking.run(
+        bpy.context, job, tools=tools, store=kept, on_take=lambda take: seeds.append(take.seed)
+    )
     assert made[3:] == ["refined", "refined"]
-    assert [line.split(",")[0] for line in lines] == [f"take {k + 1}/3: seed {k}" for k in range(3)]
+    assert seeds == [0, 1, 2]
     assert [variant["seed"] for variant in result.variants] == [0, 1, 2]
 
 
@@ -152,18 +154,22 @@ def takes():
     refined = Refined(
         motion, {"contact": np.float64(0.5), "success": True}, {"execution_time_s": None}, 0.02, ("A.",)
     )
-    plain = Take(3, motion, goal, np.zeros((2, 3)), {"rollout": 0.5}, 2, laid_ground=0.25)
+    plain = Take(
+        3, motion, "samp", {"rollout": 0.5}, 2, goal, np.zeros((2, 3)),
+        sub_goals=(SubGoal(np.ones(3), np.ones(3), 7),), laid_ground=0.25,
+    )  # fmt: skip
     return [plain, replace(plain, seed=4, steps=(plain,), refined=refined)]
 
 
 def test_kept_takes_are_what_they_were(takes, tmp_path):
-    kept = KeptTakes(tmp_path / "x.takes", "job")
+    kept = SavedTakes(tmp_path / "x.takes", "job")
     assert kept.load("3-2") is None
     kept.save("3-2", takes, [Failure(5, "It failed.")])
     (first, second), failures = kept.load("3-2")
     assert failures == [Failure(5, "It failed.")]
     assert (first.seed, first.seconds, first.attempts, first.laid_ground) == (3, {"rollout": 0.5}, 2, 0.25)
     np.testing.assert_array_equal(first.motion.root, takes[0].motion.root)
+    assert first.sub_goals[0].frame == 7 and first.camera is None
     assert first.motion.interaction_start == 2 and first.motion.actions is None
     assert second.refined.before == {"contact": 0.5, "success": True} and second.refined.notes == ("A.",)
     assert second.steps[0].goal.action == "sit" and isinstance(second.steps, tuple)
@@ -173,7 +179,7 @@ def test_kept_takes_are_what_they_were(takes, tmp_path):
 
 @pytest.mark.parametrize("content", [b"", b"no zip", None])
 def test_a_kept_file_that_is_no_good_counts_as_none(takes, tmp_path, content):
-    kept = KeptTakes(tmp_path, "job")
+    kept = SavedTakes(tmp_path, "job")
     kept.save("3-2", takes, [])
     path = next(tmp_path.glob("*.npz"))
     path.write_bytes(path.read_bytes()[:-900] if content is None else content)

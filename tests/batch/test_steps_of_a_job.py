@@ -5,14 +5,19 @@ from pathlib import Path
 
 import pytest
 from batch_runs import bake, load
-from samp_blender.samp_addon.pipeline import job
-from samp_blender.samp_addon.pipeline.job import UsageError
+from samp_blender.samp_addon.batch import jobs_file
+from samp_blender.samp_addon.batch.order import order
+from samp_blender.samp_addon.errors import UsageError
 
 OUT = {"report": "r.json"}
 
 
-def told(options):
-    return [(step.action, step.target, step.to) for step in job.order(options | OUT).job.steps]
+def ordered(options):
+    return order(jobs_file.options(json.dumps(options | OUT), {}))
+
+
+def steps_of(options):
+    return [(step.action, step.target, step.to) for step in ordered(options).job.steps]
 
 
 @pytest.mark.parametrize(
@@ -35,7 +40,7 @@ def told(options):
     ],
 )
 def test_steps(options, steps):
-    assert told(options) == steps
+    assert steps_of(options) == steps
 
 
 @pytest.mark.parametrize(
@@ -51,13 +56,13 @@ def test_steps(options, steps):
 )
 def test_steps_that_cannot_be_done(options, words):
     with pytest.raises(UsageError, match=words):
-        told(options)
+        steps_of(options)
 
 
 def test_options_of_steps_are_plain_json():
-    order = job.order({"action": "sit,lie", "target": "Sofa,Bed", "seed": 3} | OUT)
-    assert json.loads(json.dumps(order.options()))["then"] == [{"action": "lie", "target": "Bed", "to": None}]
-    assert [step.seed for step in order.job.steps] == [3, 3]
+    made = ordered({"action": "sit,lie", "target": "Sofa,Bed", "hold": 3})
+    assert json.loads(json.dumps(made.options()))["then"] == [{"action": "lie", "target": "Bed", "to": None}]
+    assert [step.hold for step in made.job.steps] == [3, 3]
 
 
 def test_a_batch_bakes_all_steps_into_one_action(room, tmp_path):  # noqa: F811

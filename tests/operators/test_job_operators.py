@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 import rooms
 import samp_blender
-from samp_blender.operators import thread_operator
-from samp_blender.samp_addon.blender import thread_run
+from samp_blender.samp_addon.blender import running_work, thread_run
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.scene import targets
 from samp_blender.samp_addon.blender.takes import baking, measure
 from samp_blender.samp_addon.blender.thread_run import Cancelled, ThreadRun
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.pipeline import chain
+from samp_blender.samp_addon.methods.samp import networks
+from samp_blender.samp_addon.methods.samp.networks import Networks
 from samp_blender.samp_addon.pipeline.job import Job
 from screen import Screen
 
@@ -34,7 +34,7 @@ def _registered():
 
 @pytest.fixture(autouse=True)
 def _fake_networks(monkeypatch):
-    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
 
 
 @pytest.fixture
@@ -181,9 +181,7 @@ def test_beside_a_window_stopping_leaves_nothing_behind(start):
             progress(0.5)
             time.sleep(0.01)
 
-    run = baking.begin(
-        bpy.context, Job(action="sit", target="Sofa"), chain.Tools(fakes.sample_goals, endless)
-    )
+    run = baking.begin(bpy.context, Job(action="sit", target="Sofa"), fakes.toolbox(endless))
     deadline = time.time() + 60
     while run.stage != "Moving" and time.time() < deadline:
         time.sleep(0.02)
@@ -235,14 +233,15 @@ def test_escape_stops_and_cleans_up(start, monkeypatch):
             progress(0.25)
             time.sleep(0.01)
 
-    monkeypatch.setattr(chain, "networks", lambda: chain.Tools(fakes.sample_goals, endless))
+    monkeypatch.setattr(networks, "trained", lambda: Networks(fakes.sample_goals, endless))
     operator, screen = pressed(Job(action="sit", target="Sofa"))
     tick, escape, wheel = (SimpleNamespace(type=kind) for kind in ("TIMER", "ESC", "WHEELUPMOUSE"))
     deadline = time.time() + 60
     while "Moving" not in (screen.status or "") and time.time() < deadline:
         assert operator.modal(screen, tick) == {"PASS_THROUGH"}
         time.sleep(0.02)
-    assert thread_operator.running() == ("Sit Here", "Moving", 0.25)
+    work = running_work.current()
+    assert (work.label, work.stage, work.share) == ("Sit Here", "Moving", 0.25)
     assert not bpy.ops.samp.walk_here.poll() and bpy.ops.samp.stop.poll()
     undo = SimpleNamespace(type="Z", ctrl=True, oskey=False)
     assert operator.modal(screen, undo) == {"RUNNING_MODAL"}
@@ -252,13 +251,13 @@ def test_escape_stops_and_cleans_up(start, monkeypatch):
     assert (screen.timers, screen.status) == ([], None)
     assert operator.reports == [({"INFO"}, "Stopped; nothing was changed.")]
     assert len(bpy.data.actions) == 0
-    assert thread_operator.running() is None and bpy.ops.samp.walk_here.poll()
+    assert running_work.current() is None and bpy.ops.samp.walk_here.poll()
 
 
 @pytest.mark.parametrize("ends", ["done", "ESC", "failed"])
 def test_what_is_not_loaded_yet_is_loaded_beside_the_window(start, monkeypatch, ends):
     """The first press of a day: the scene is read when all is there, and what is wrong with it told then."""
-    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     monkeypatch.setattr(
         thread_run, "loading", lambda: ThreadRun(lambda progress: time.sleep(0.3), thread_run.one_slice)
     )
@@ -273,7 +272,7 @@ def test_what_is_not_loaded_yet_is_loaded_beside_the_window(start, monkeypatch, 
         assert outcome == ({"CANCELLED"} if ends == "failed" else {"FINISHED"})
         assert ("Nothing" in operator.reports[0][1]) == (ends == "failed")
     assert len(bpy.data.actions) == (ends == "done")
-    assert (screen.timers, screen.status, thread_operator.running()) == ([], None, None)
+    assert (screen.timers, screen.status, running_work.current()) == ([], None, None)
 
 
 MANY = Job(action="sit", target="Sofa", seed=4, variants=8)
@@ -296,14 +295,14 @@ def written(operator, screen, until):
 
 
 def test_takes_are_written_in_slices_between_which_blender_draws(start, monkeypatch):
-    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
     outcome, shown = written(operator, screen, lambda told: told == {"FINISHED"})
     assert outcome == {"FINISHED"} and operator.reports[0][0] == {"INFO"}
     assert len(bpy.data.actions) == 8 and (screen.timers, screen.status) == ([], None)
     assert len({status for status in shown if status and "Measuring" in status}) > 1
-    assert thread_operator.running() is None
+    assert running_work.current() is None
 
 
 def writing(operator):
@@ -312,24 +311,24 @@ def writing(operator):
 
 
 def test_escape_while_takes_are_written_takes_them_away(start, monkeypatch):
-    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
     written(operator, screen, writing(operator))
     assert len(bpy.data.actions) > 2
     assert operator.modal(screen, SimpleNamespace(type="ESC")) == {"CANCELLED"}
-    assert len(bpy.data.actions) == 0 and thread_operator.running() is None
+    assert len(bpy.data.actions) == 0 and running_work.current() is None
 
 
 def test_a_character_that_goes_while_takes_are_written(start, monkeypatch):
-    monkeypatch.setattr(chain, "networks", lambda: fakes.TOOLS)
+    monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
     written(operator, screen, writing(operator))
     bpy.data.objects.remove(bpy.data.objects["Human"])
     outcome, _ = written(operator, screen, lambda told: told == {"CANCELLED"})
     assert operator.reports == [({"ERROR"}, "The character is gone since the work was begun; start again.")]
-    assert len(bpy.data.actions) == 0 and thread_operator.running() is None
+    assert len(bpy.data.actions) == 0 and running_work.current() is None
 
 
 def test_the_cancel_button_stops_with_the_next_tick(start, monkeypatch):
@@ -338,11 +337,11 @@ def test_the_cancel_button_stops_with_the_next_tick(start, monkeypatch):
             progress(0.25)
             time.sleep(0.01)
 
-    monkeypatch.setattr(chain, "networks", lambda: chain.Tools(fakes.sample_goals, endless))
+    monkeypatch.setattr(networks, "trained", lambda: Networks(fakes.sample_goals, endless))
     operator, screen = pressed(Job(action="sit", target="Sofa"))
     assert bpy.ops.samp.stop() == {"FINISHED"}
     assert operator.modal(screen, SimpleNamespace(type="TIMER")) == {"CANCELLED"}
-    assert thread_operator.running() is None and len(bpy.data.actions) == 0
+    assert running_work.current() is None and len(bpy.data.actions) == 0
 
 
 def test_measure_tells_what_the_function_measures(start):

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Motion
-from samp_blender.samp_addon.refine.foot_lock import lock_feet, sole_points, spells, toe_tips
+from samp_blender.samp_addon.refine.feet.foot import sole_points, toe_tips
+from samp_blender.samp_addon.refine.feet.foot_lock import lock_feet
 from samp_blender.samp_addon.refine.inverse_kinematics import LIMBS, solve_limb
+from samp_blender.samp_addon.refine.runs import runs
 
 REST = skeleton.default_rest_joints()
 
@@ -51,9 +53,9 @@ def test_a_target_out_of_reach_is_approached():
     assert (ankle - hip) @ away > 0.98 * np.linalg.norm(ankle - hip)
 
 
-def test_spells_close_gaps_and_drop_flicker():
+def test_runs_close_gaps_and_drop_flicker():
     mask = np.array([0, 1, 1, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1], bool)
-    assert spells(mask) == [(1, 6), (13, 16)]
+    assert runs(mask) == [(1, 6), (13, 16)]
 
 
 @pytest.mark.parametrize("drift", [0.0, 0.001, 0.003])

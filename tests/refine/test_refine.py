@@ -13,9 +13,9 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.evaluation import collision, feet, metrics
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.refine import energies, pose, refinement
+from samp_blender.samp_addon.refine.feet.plan import plan_feet
 from samp_blender.samp_addon.refine.field import Field
 from samp_blender.samp_addon.refine.refinement import Settings, Surroundings, refine
-from samp_blender.samp_addon.refine.standing import plan_feet
 
 
 def surroundings(*pieces, give=0.0, floor=0.0):
@@ -210,8 +210,8 @@ def test_bad_numbers_name_bone_and_frame():
         refine(motion, surroundings())
 
 
-def test_nothing_near_is_told():
-    with pytest.raises(SampError, match="Nothing stands"):
+def test_an_empty_surrounding_is_an_error():
+    with pytest.raises(SampError, match="No visible object"):
         refine(standing(1.0, at=(50.0, 0.0, 0.0)), surroundings())
 
 
@@ -252,5 +252,5 @@ def test_feet_that_left_the_ground_stay_finite():
     up = replace(motion, root=motion.root + [0.0, 0.5, 0.0])
     again = plan_feet(up, field, plan_feet(motion, field))
     for plan in again:
-        assert plan.standing.all() and np.isfinite(plan.ankle).all() and np.isfinite(plan.turned).all()
+        assert plan.standing.all() and np.isfinite(plan.ankle).all() and np.isfinite(plan.orientation).all()
         assert np.abs(plan.ankle[:, 1] - 0.5).max() < 0.15

@@ -82,7 +82,8 @@ def room(tmp_path_factory):
 @pytest.fixture
 def install(room, tmp_path):
     """Return a function that installs a zip next to Blender's packages only and reports the results of operators."""
-    from samp_blender.samp_addon import amass, motion, rotation
+    from samp_blender.samp_addon import motion, rotation
+    from samp_blender.samp_addon.body import amass
 
     still = rotation.about_y([0.0] * 8)[:, None].repeat(22, axis=1)
     amass.write_amass(motion.Motion(still[:, 0, :3] * 0, still), tmp_path / "in.npz")

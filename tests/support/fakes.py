@@ -8,8 +8,10 @@ import numpy as np
 from samp_blender.samp_addon import frames, rotation, skeleton
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.errors import RolloutError, SampError
-from samp_blender.samp_addon.methods.take import Tools
+from samp_blender.samp_addon.methods.samp.method import Samp
+from samp_blender.samp_addon.methods.samp.networks import Networks
 from samp_blender.samp_addon.motion import ACTIONS, Motion
+from samp_blender.samp_addon.pipeline.driver import Toolbox
 from samp_blender.samp_addon.refine.refinement import Refined, Settings
 from samp_blender.samp_addon.scene.seats import seats
 
@@ -86,5 +88,11 @@ def refine(motion, surroundings, goal=None, body=None, settings=None, progress=l
     return Refined(replace(motion, root=raised, rotations=quats), before, after, 0.04, ("It was a fake.",))
 
 
-TOOLS = Tools(sample_goals, generate, refine)
-STUCK = Tools(sample_goals, never, refine)
+def toolbox(generate=generate, sample_goals=sample_goals, refine=refine):
+    """The driver's tools with these parts."""
+    return Toolbox({Samp.name: Samp(Networks(sample_goals, generate))}, refine)
+
+
+NETWORKS = Networks(sample_goals, generate)
+TOOLS = toolbox()
+STUCK = toolbox(never)

@@ -39,7 +39,7 @@ class Mended:
 
 def mend(take: Take, scene: SceneGeometry) -> Mended:
     """Refines a take of the evaluation, nothing in whose rooms gives."""
-    floor = float(take.waypoints[:, 1].min())
+    floor = take.floor
     begun = time.perf_counter()
     made = refine(
         take.motion, Surroundings(scene.triangles, np.zeros(len(scene)), floor), take.goal, measured=False

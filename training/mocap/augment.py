@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ...samp_addon import rotation
 from ...samp_addon.motion import Motion
-from ...samp_addon.refine.foot_lock import lock_feet
+from ...samp_addon.refine.feet.foot_lock import lock_feet
 from .clip_files import Clip
 
 

@@ -1,41 +1,35 @@
 """A job from the artist's scene to finished Actions, for the operators and the batch alike.
 
-Three steps: ``read`` the scene, synthesise without Blender (synthesis/chain.py, in a thread if wanted),
-``write``. Until ``write`` nothing in the file has changed: a job that is cancelled leaves nothing behind.
+Three steps: `read` the scene; the driver makes the takes without Blender (pipeline/driver.py, in a thread if wanted);
+`write`. Until `write` nothing in the file has changed: a cancelled job leaves nothing behind.
 """
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import bpy
-import numpy as np
 
 from ... import frames
 from ...body import human
-from ...body.human import Human
 from ...errors import SampError
-from ...evaluation import metrics
 from ...evaluation.obstacles import Obstacles
-from ...methods.take import Failure, Situation, Take
-from ...pipeline import chain
+from ...methods import registry
+from ...methods.take import Failure, Take
+from ...pipeline import driver
+from ...pipeline.driver import Store, Toolbox, Work
 from ...pipeline.job import Job
-from ...pipeline.refine_takes import refine_takes
-from ...pipeline.steps import synthesise_steps
 from ...progress import Progress
-from ...refine.refinement import Surroundings
 from ...scene.geometry import SceneGeometry
-from ..actions import keyframes, refine_action
+from ..actions import keyframes, notes, refine_action
 from ..character import armature, character
-from ..overlays import goal_arrows as arrows
-from ..overlays import waypoints
-from ..scene import preconditions, read_scene
-from ..thread_run import Slices, ThreadRun, in_one_go
-from . import measure, reporting, take_list
+from ..scene import preconditions, read_scene, read_view
+from ..thread_run import Slices, ThreadRun, run_to_completion
+from . import reporting
+from .rollback import Rollback
 
 MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
 A_MOMENT = 0.02  # seconds
@@ -44,14 +38,12 @@ LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
 @dataclass(frozen=True)
 class Plan:
-    """A job read from the scene: what each of its steps has to know. owner: the armature that gets the takes; None to
-    make the default human. surroundings and body: what its takes are refined against and for, if they shall be."""
+    """A job read from the scene. geometry: of all furniture, for the measures. owner: the armature that gets the
+    takes; None to make the default human."""
 
-    job: Job
-    situations: list[Situation]
+    work: Work
+    geometry: SceneGeometry
     owner: bpy.types.Object | None
-    surroundings: Surroundings | None = None
-    body: Human | None = None
 
 
 @dataclass(frozen=True)
@@ -68,77 +60,47 @@ def run(
     context: bpy.types.Context,
     job: Job,
     progress: Progress = lambda stage, share: None,
-    tools: chain.Tools | None = None,
+    tools: Toolbox | None = None,
     new_character: bool = False,
+    store: Store | None = None,
+    on_take: Callable[[Take], None] = lambda take: None,
 ) -> Result:
-    """The whole job. Raises SampError if not one take can be made, and whatever progress raises."""
+    """Do the whole job. Raise SampError if not one take can be made, and whatever progress raises.
+
+    new_character: if none is named, make one even if one is there. store, on_take: see driver.run.
+    """
     plan = read(context, job, new_character)
-    return write(context, plan, *synthesise(plan, progress, tools), progress)
+    takes, failures = driver.run(plan.work, progress, tools, store, on_take)
+    return write(context, plan, takes, failures, progress)
 
 
-def begin(context: bpy.types.Context, job: Job, tools: chain.Tools | None = None) -> ThreadRun:
-    """The job in a thread beside Blender's window, to be finished into a Result. Raises SampError where it cannot be
-    done."""
+def begin(context: bpy.types.Context, job: Job, tools: Toolbox | None = None) -> ThreadRun:
+    """Start the job in a thread beside Blender's window, to be finished into a Result. Raise SampError where it cannot
+    be done."""
     plan = read(context, job)
     return ThreadRun(
-        lambda progress: synthesise(plan, progress, tools),
+        lambda progress: driver.run(plan.work, progress, tools),
         lambda context, made: in_slices(context, plan, *made),
         plan.owner,
     )
 
 
-def synthesise(
-    plan: Plan,
-    progress: Progress = lambda stage, share: None,
-    tools: chain.Tools | None = None,
-) -> tuple[list[Take], list[Failure]]:
-    """The plan's takes and what failed; needs no Blender, and may run in a thread of its own."""
-    steps = list(zip(plan.job.steps, plan.situations, strict=True))
-    takes, failures = synthesise_steps(steps, progress, tools)
-    if plan.surroundings is None:
-        return takes, failures
-    tools = tools or chain.networks()
-    takes, unrefined = refine_takes(takes, plan.surroundings, plan.body, tools, progress)
-    return takes, [*failures, *unrefined]
-
-
 def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
-    """All that the job needs of the scene. new_character: if none is named, make one even if one is there."""
+    """Return all that the job needs of the scene. new_character: see `run`."""
     owner = _owner(context, job, new_character)
     # Characters move: where another one stands now is no obstacle.
-    exclude = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
-    scene = read_scene.read_scene(context, exclude)
-    start = _start(job, owner)
-    situations = [_situation(context, step, scene, start, exclude) for step in job.steps]
-    via = [frames.to_network(np.array(place)) for place in job.via] or waypoints.places(context)
-    situations[0] = replace(situations[0], via=via)
-    preconditions.refuse(context, owner, situations)
+    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    geometry = read_scene.read_scene(context, people)
+    start = read_view.start_of(job.start, owner)
+    views = [
+        read_view.read_view(context, step, geometry, start, people, first=number == 0)
+        for number, step in enumerate(job.steps)
+    ]
+    preconditions.check(context, owner, views)
     if not job.refine:
-        return Plan(job, situations, owner)
+        return Plan(Work(job, views), geometry, owner)
     body = human.load() if owner is None else character.body_of(owner)
-    return Plan(job, situations, owner, refine_action.surroundings(context, scene), body)
-
-
-def _situation(
-    context: bpy.types.Context,
-    step: Job,
-    scene: SceneGeometry,
-    start: tuple[np.ndarray, float] | None,
-    exclude: Sequence[bpy.types.Object],
-) -> Situation:
-    """What one step has to know of the scene."""
-    target, goals = None, ()
-    if step.target:
-        target = read_scene.read_target(context, step.target, exclude)
-        goals = arrows.read_goals(context, target, step.action)
-    return Situation(
-        scene=scene,
-        target=None if target is None else target.triangles,
-        parts=() if target is None else target.parts,
-        start=start,
-        destination=None if step.to is None else _place(step.to),
-        goals=goals,
-    )
+    return Plan(Work(job, views, refine_action.surroundings(context, geometry), body), geometry, owner)
 
 
 def write(
@@ -148,46 +110,52 @@ def write(
     failures: Sequence[Failure],
     progress: Progress = lambda stage, share: None,
 ) -> Result:
-    """One new Action for each take, the first one active, and the report.
+    """Write a new Action for each take, the first one active; return it with the report's entries.
 
-    If anything goes wrong, what was made is taken away again. Raises SampError where there is no take.
+    If anything goes wrong, what was made is removed again. Raise SampError where there is no take.
     """
-    return in_one_go(in_slices(context, plan, takes, failures), progress)
+    return run_to_completion(in_slices(context, plan, takes, failures), progress)
 
 
 def in_slices(
     context: bpy.types.Context, plan: Plan, takes: Sequence[Take], failures: Sequence[Failure]
 ) -> Slices:
-    """`write`, a take at a time; closed before its end, it takes away what it made."""
+    """Do `write` a take at a time; closed before its end, it removes what it made."""
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
-    preconditions.refuse_writing(context, plan.owner)
-    undo = _Undo(context)
+    preconditions.check_writable(context, plan.owner)
+    rollback = Rollback(context)
     written, variants = [], []
-    obstacles, measured = Obstacles(plan.situations[-1].scene.triangles), []
-    pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # beside Blender, which reads the next take meanwhile
+    obstacles, measured = Obstacles(plan.geometry.triangles), []
+    pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
     try:
         owner = plan.owner or _new_character(context, takes[0])
         body = character.body_of(owner)
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
             action = keyframes.write_motion(
-                owner, take.motion, _name(plan.job, take), context.scene.frame_start, context.scene, False
+                owner,
+                take.motion,
+                _name(plan.work.job, take),
+                context.scene.frame_start,
+                context.scene,
+                False,
             )
             written.append(action)
-            measure.remember_goal(action, take.goal)
-            measure.remember_ground(action, take.laid_ground)
+            if take.goal is not None:
+                notes.write_goal(action, take.goal)
+            notes.write_ground(action, take.laid_ground)
             shown = keyframes.read_motion(owner, action, scene=context.scene)
             measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:
                 yield "Measuring", count / len(takes)
-            told = measured[count].result()
-            variants.append(reporting.entry(context, plan.job, take, action, owner, told))
+            numbers = measured[count].result()
+            variants.append(reporting.entry(context, plan.work.job, take, action, owner, numbers))
             before = None if take.refined is None else take.refined.before
-            take_list.remember_measures(action, told.numbers, before)
+            notes.write_measures(action, numbers.numbers, before)
     except BaseException:
-        undo()
+        rollback()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
@@ -196,18 +164,18 @@ def in_slices(
 
 
 def sentence(result: Result) -> str:
-    """What the artist is told of a job that is done."""
+    """Return the sentence that is reported after a job."""
     names = ", ".join(f"'{variant['action_name']}'" for variant in result.variants)
     last = max(variant["frame_end"] for variant in result.variants)
-    told = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
+    text = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
     if result.failures:
-        told += f" {len(result.failures)} failed: {result.failures[0].message}"
+        text += f" {len(result.failures)} failed: {result.failures[0].message}"
     left = max(
-        (variant["refined"]["unsolved_cm"] for variant in result.variants if "refined" in variant), default=0
+        (variant["refined"]["unsolved_cm"] for variant in result.variants if variant["refined"]), default=0
     )
     if left > refine_action.UNSOLVED * 100:
-        told += f" The body is still {left:.0f} cm deep in the scene somewhere."
-    return told
+        text += f" The body is still {left:.0f} cm deep in the scene somewhere."
+    return text
 
 
 def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
@@ -219,56 +187,17 @@ def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.typ
     return selected[0] if len(selected) == 1 else armature.find(context)
 
 
-def _start(job: Job, owner: bpy.types.Object | None) -> tuple[np.ndarray, float] | None:
-    """Floor position and yaw, network frame: as asked for, or where the character stands, or None."""
-    if job.start is not None:
-        return _place(job.start)
-    if owner is None:
-        return None
-    pelvis, yaw = armature.standing_place(owner)
-    rest = armature.calibrate(owner).rest_joints
-    return pelvis + [0.0, rest[:, 1].min(), 0.0], yaw
-
-
-def _place(numbers: Sequence[float]) -> tuple[np.ndarray, float | None]:
-    """Position and yaw in radians, network frame, of (x, y, z) or (x, y, z, yaw) in Blender's."""
-    yaw = math.radians(numbers[3]) if len(numbers) > 3 else None
-    return frames.to_network(np.array(numbers[:3])), yaw
-
-
 def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
-    """The default human where the take starts."""
-    facing = metrics.heading(take.motion)[0]
-    location = frames.to_blender(take.waypoints[0])
+    """Create the default human where the take starts."""
+    facing = take.motion.headings()[0]
+    location = frames.to_blender(take.floor_start)
     return character.create_character(
         context, location=tuple(location), yaw=float(frames.direction_yaw(facing))
     )
 
 
 def _name(job: Job, take: Take) -> str:
-    told = ", ".join(" ".join(part for part in (step.action, step.target) if part) for step in job.steps)
-    return f"{told[:LONGEST_NAME]} {take.seed}"
-
-
-class _Undo:
-    """Takes away what was made since, and puts the selection back: for a job that stops half-way."""
-
-    KINDS = ("actions", "objects", "meshes", "armatures", "materials", "collections")
-
-    def __init__(self, context: bpy.types.Context) -> None:
-        self.layer = context.view_layer
-        self.active = self.layer.objects.active
-        self.selected = list(context.selected_objects)
-        self.present = {kind: set(getattr(bpy.data, kind)) for kind in self.KINDS}
-
-    def __call__(self) -> None:
-        for kind in self.KINDS:
-            data = getattr(bpy.data, kind)
-            for made in set(data) - self.present[kind]:
-                data.remove(made)
-        left = set(bpy.data.objects)  # the artist may have deleted something meanwhile
-        for thing in self.selected:
-            if thing in left:
-                thing.select_set(True)
-        if self.active is None or self.active in left:
-            self.layer.objects.active = self.active
+    """Return the name of a take's Action: what it does and on what, and its seed."""
+    words = [" ".join(word for word in (step.action, step.target) if word) for step in job.steps]
+    text = ", ".join(word for word in words if word) or registry.find(take.method).label
+    return f"{text[:LONGEST_NAME]} {take.seed}"

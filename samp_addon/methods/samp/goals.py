@@ -18,7 +18,7 @@ from ...scene.seats import seats
 from ...scene.seats.seats import Seat
 from ...scene.seats.support import SupportMap
 from ...scene.voxels import InteractionGrid
-from .networks import load_goal_net
+from .load_networks import load_goal_net
 
 ROUNDS = 6
 """How often the network is asked again, for as many goals as are still missing and then some."""

@@ -9,7 +9,7 @@ import numpy as np
 from .... import frames, rotation
 from ....easing import smoothstep
 from ....motion import ACTIONS, Motion
-from ....refine.foot_lock import lock_feet
+from ....refine.feet.foot_lock import lock_feet
 from ..route import Route
 from .resting import RestingTop
 from .seat_edge import SeatFront

@@ -20,7 +20,7 @@ from scipy.ndimage import (
 from .... import rotation, skeleton
 from ....easing import anticipate, smoothstep
 from ....motion import Goal, Motion
-from ....refine.foot_lock import sole_points, toe_tips
+from ....refine.feet.foot import sole_points, toe_tips
 from ....refine.inverse_kinematics import at_height, solve_limb
 from ....scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
 

@@ -18,7 +18,7 @@ from ....torch_threads import single_thread
 from ..finishing import finish
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
-from ..networks import MotionNetwork, load_motion_net
+from ..load_networks import MotionNetwork, load_motion_net
 from ..request import Request
 from ..route import Route
 from .tracking import FPS, Seen, UnderWay
