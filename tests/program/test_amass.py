@@ -9,7 +9,7 @@ import pytest
 from samp_blender.samp_addon import frames, rotation
 from samp_blender.samp_addon.body import amass
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 
 @pytest.mark.parametrize("joints", [22, 55])

@@ -13,7 +13,7 @@ from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.body import hands, human
 from samp_blender.samp_addon.motion import Motion
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 MOCAP = Path(__file__).parents[3] / "shared" / "data" / "mocap" / "smplx30"
 
