@@ -1,4 +1,4 @@
-"""Hashes of takes made through the public entries, to show that a change of the code leaves the motion as it was.
+"""Hashes of takes generated through the public entry points, to verify that a code change does not alter the motion.
 
 python -m samp_blender.benchmarks.fingerprints --output before.json
 python -m samp_blender.benchmarks.fingerprints --compare before.json
@@ -48,7 +48,7 @@ JOBS = [
 
 
 def of_arrays(arrays: dict[str, np.ndarray]) -> str:
-    """A hash of named arrays, names and shapes included."""
+    """Hash named arrays, including names and shapes."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         values = np.ascontiguousarray(arrays[name])
@@ -57,7 +57,7 @@ def of_arrays(arrays: dict[str, np.ndarray]) -> str:
 
 
 def of_action(action: bpy.types.Action) -> str:
-    """A hash of an Action's keys, by channel."""
+    """Hash the keyframes of an Action, per channel."""
     arrays = {}
     bags = [bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags]
     for curve in (curve for bag in bags for curve in bag.fcurves):
@@ -68,7 +68,7 @@ def of_action(action: bpy.types.Action) -> str:
 
 
 def batch_takes(room: Path, folder: Path) -> dict[str, str]:
-    """Takes of the batch's command line and of a jobs file."""
+    """Hash takes of the batch's command line and of a jobs file."""
     jobs = folder / "jobs.jsonl"
     jobs.write_text("".join(json.dumps(job | {"npz": str(folder / "jobs")}) + "\n" for job in JOBS))
     runs = {name: [*options, "--npz", str(folder / name)] for name, options in BATCH.items()}
@@ -84,7 +84,7 @@ def batch_takes(room: Path, folder: Path) -> dict[str, str]:
 
 
 def operator_takes(room: Path) -> dict[str, str]:
-    """Takes of the operators: Sit Here, Refine, and the take carried to a Mixamo rig."""
+    """Hash takes of the operators: Sit Here, Refine, and a take carried to a Mixamo rig."""
     import samp_blender
 
     sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tests" / "support" / "blender")]

@@ -1,7 +1,9 @@
-"""Seconds and memory that refining takes, against the length of a take and the number of vertices, beside a plain
-version of the same energies: every vertex in every frame, the scene looked at in every step, no windows.
+"""Time and memory of refinement for different take lengths and numbers of vertices, compared with a plain version of
+the same energies: every vertex in every frame, distances updated in every step, no windows.
 
-``python -m samp_blender.benchmarks.refine``. Each run is a process of its own, so that its memory is its own.
+python -m samp_blender.benchmarks.refine
+
+Each run is a separate process, to measure its memory.
 """
 
 from __future__ import annotations
@@ -28,12 +30,12 @@ from ..tests.support import rooms
 
 LENGTHS = (10, 20, 40, 60)  # seconds
 VERTICES = (512, 1024, 2048)
-SHORT = 5  # seconds of motion against the number of vertices
-PLAIN = 1  # seconds of motion that the plain version is given
+SHORT = 5  # seconds of motion for different numbers of vertices
+PLAIN = 1  # seconds of motion for the plain version
 
 
 def take() -> tuple[Motion, rooms.Room]:
-    """Somebody who sits down in a room of boxes."""
+    """Generate a take of sitting down in a room of boxes."""
     room = rooms.random_room(1, rooms.sofa)
     pieces = [("Floor", room.floor)] + [(piece.name, piece.triangles) for piece in room.pieces]
     view = SceneView(
@@ -42,12 +44,12 @@ def take() -> tuple[Motion, rooms.Room]:
         (room.target.name,),
         (room.start, room.start_yaw),
     )
-    made, _ = driver.run(Work(Job(action="sit", target=room.target.name), [view]))
-    return made[0].motion, room
+    takes, _ = driver.run(Work(Job(action="sit", target=room.target.name), [view]))
+    return takes[0].motion, room
 
 
 def long(motion: Motion, seconds: float) -> Motion:
-    """The motion forwards and backwards until it is as long as that."""
+    """Extend a motion to a length by repeating it forwards and backwards."""
     count = round(seconds * motion.fps) + 1
     both = np.concatenate([np.arange(len(motion)), np.arange(len(motion) - 2, 0, -1)])
     rows = np.resize(both, count)
@@ -55,7 +57,7 @@ def long(motion: Motion, seconds: float) -> Motion:
 
 
 def run(kind: str, seconds: float, vertices: int) -> None:
-    """One run; prints seconds and the megabytes that it added."""
+    """Run once; print the seconds and the additional megabytes."""
     motion, room = take()
     motion, body = long(motion, seconds), human.load()
     body = replace(body, collision=body.collision[:: len(body.collision) // vertices])
@@ -71,7 +73,7 @@ def run(kind: str, seconds: float, vertices: int) -> None:
 
 
 def _plain(motion: Motion, scene: refinement.Surroundings, body: human.Human) -> None:
-    """Both stages with every vertex, every frame, a look in every step."""
+    """Run both stages with every vertex, every frame, and distances updated in every step."""
     free = human.skin(body, motion, body.collision[::50]).reshape(-1, 3)[::50].astype(np.float64)
     field = Field(scene.triangles, scene.give, scene.floor, free)
     weights = {k: v for k, v in asdict(refinement.Settings()).items() if k in optimiser.SCALES}
@@ -83,7 +85,7 @@ def _plain(motion: Motion, scene: refinement.Surroundings, body: human.Human) ->
 
 
 def main() -> None:
-    """Prints a table; with arguments, one run of it."""
+    """Print a table; with arguments, run once."""
     if len(sys.argv) > 1:
         run(sys.argv[1], float(sys.argv[2]), int(sys.argv[3]))
         return
@@ -94,15 +96,16 @@ def main() -> None:
         + [("plain", PLAIN, 2048)]
     )
     for kind, seconds, vertices in plans:
-        told = subprocess.run(
+        done = subprocess.run(
             [sys.executable, "-m", __spec__.name, kind, str(seconds), str(vertices)],
             capture_output=True, text=True, check=True,
         )  # fmt: skip
-        took, used = told.stdout.split()[-2:]
+        took, used = done.stdout.split()[-2:]
         rate = float(took) / seconds
         name = "every vertex" if kind == "plain" else f"{vertices} vertices"
         print(
-            f"{kind}, {seconds} s of motion, {name}: {took} s ({rate:.2f} s a second), {used} MB", flush=True
+            f"{kind}, {seconds} s of motion, {name}: {took} s ({rate:.2f} s per second), {used} MB",
+            flush=True,
         )
 
 

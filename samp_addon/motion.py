@@ -15,6 +15,11 @@ SEATED = ("sit", "lie")
 CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
 
 
+def velocities(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return central differences (T, ...) of positions (T, ...) per second; zero for a single frame."""
+    return np.gradient(positions, 1 / fps, axis=0) if len(positions) > 1 else np.zeros_like(positions)
+
+
 @dataclass(frozen=True)
 class Motion:
     """A take, in the network frame (metres, Y up, +Z forward; see frames.py).

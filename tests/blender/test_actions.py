@@ -12,7 +12,7 @@ from samp_blender.samp_addon.blender.character import armature, character
 from samp_blender.samp_addon.body import human, proportions
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.tests.blender.test_armature import FAMILIES, place
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 HUNDREDTH_OF_A_MILLIMETRE = 1e-5
 

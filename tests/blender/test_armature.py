@@ -12,7 +12,7 @@ from samp_blender.samp_addon import skeleton
 from samp_blender.samp_addon.blender.character import armature, character
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 FAMILIES = ("mpi", "meshcapade")
 

@@ -12,7 +12,8 @@ from samp_blender.samp_addon.blender.overlays import drawing, previews
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.errors import PathError, SampError
 from samp_blender.samp_addon.scene.navmesh.navmesh import Agent
-from samp_blender.tests.support import layouts, rigs
+from samp_blender.tests.support import layouts
+from samp_blender.tests.support.blender import rigs
 
 
 @pytest.fixture(scope="module", autouse=True)

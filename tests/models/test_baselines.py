@@ -1,4 +1,4 @@
-"""The networks of the paper's comparison."""
+"""The baseline networks of the paper."""
 
 import pytest
 import torch
@@ -8,7 +8,7 @@ from samp_blender.models.state import SIZE
 
 
 @pytest.mark.parametrize("name, varies", [("motion_net", True), ("mlp", False), ("moe", False)])
-def test_only_motion_net_listens_to_z(name, varies):
+def test_only_motion_net_depends_on_z(name, varies):
     torch.manual_seed(0)
     net = NETWORKS[name]().eval()
     x, features = torch.randn(3, SIZE), torch.rand(3, OBJECT)
@@ -29,5 +29,5 @@ def test_the_mlp_is_four_layers_of_512():
 
 @pytest.mark.parametrize("name", NETWORKS)
 @pytest.mark.parametrize("hidden", [64, 512])
-def test_weights_tell_the_width_of_their_network(name, hidden):
+def test_hidden_width_from_weights(name, hidden):
     assert hidden_width(NETWORKS[name](hidden).state_dict()) == hidden

@@ -1,4 +1,4 @@
-"""MotionNet's sizes against the paper's table S.3, and both ways of mixing experts against each other."""
+"""MotionNet's sizes against the paper's table S.3, and the equivalence of both ways of mixing experts."""
 
 import pytest
 import torch
@@ -48,14 +48,14 @@ def test_mixing_outputs_equals_mixing_weights():
     assert torch.allclose(layer(x, gate), layer.forward_mixed_weights(x, gate), atol=1e-12)
 
 
-def test_whole_step_is_the_same_both_ways(net):
+def test_step_is_the_same_for_both_ways_of_mixing(net):
     torch.manual_seed(1)
     x, features, z = torch.randn(3, 647), torch.rand(3, 2048), torch.randn(3, LATENT)
     with torch.inference_mode():
         assert torch.allclose(net.step(x, features, z), net.step(x, features, z, mix_weights=True), atol=1e-4)
 
 
-def test_the_gate_chooses():
+def test_the_gate_selects_an_expert():
     layer = ExpertLayer(5, 4)
     gate = torch.eye(12)[[3]]
     x = torch.randn(1, 5)

@@ -1,4 +1,4 @@
-"""The state's layout against hand-made motion whose numbers are known."""
+"""The layout of the state, tested with synthetic motion of known values."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ FRAMES, SPEED, YAW = 120, 1.5, np.pi / 2
 
 @pytest.fixture(scope="module")
 def walk():
-    """A rest pose that glides along +X, facing +X, at 1.5 m/s from (1, 0, 2); the seat is 6 m ahead."""
+    """Return a rest pose that moves along +X, facing +X, at 1.5 m/s from (1, 0, 2); the seat is 6 m ahead."""
     root = np.zeros((FRAMES, 3))
     root[:, 0] = 1 + SPEED * np.arange(FRAMES) / state.FPS
     root[:, 1], root[:, 2] = 0.93, 2.0
@@ -41,7 +41,7 @@ def test_slices_cover_the_state_once():
     assert (covered == 1).all()
 
 
-def test_pose_is_told_in_the_root_frame(walk):
+def test_pose_is_in_the_root_frame(walk):
     states, _, roots = walk
     joints = states[60, state.POSE].reshape(22, 4, 3)
     rest = default_rest_joints()[:22] + np.array([0.0, 0.93, 0.0])
@@ -68,15 +68,15 @@ def test_goal_slices(walk):
     assert np.allclose(goals[:, :3], [-1.0, 0.5, 3.0], atol=1e-3)
     assert np.allclose(goals[:, 3:6], [-1.0, 0.0, 0.0], atol=1e-5)
     assert np.allclose(goals[:, 6:], [0, 0, 0, 1, 0])
-    seen = states[60, state.GOAL_TRAJECTORY].reshape(13, 4)
-    assert np.allclose(seen[state.NOW], [-3.0, -1.0, 1.0, 0.0], atol=1e-3)
+    relative = states[60, state.GOAL_TRAJECTORY].reshape(13, 4)
+    assert np.allclose(relative[state.NOW], [-3.0, -1.0, 1.0, 0.0], atol=1e-3)
 
 
 def test_contacts(walk):
     assert np.allclose(walk[0][60, state.CONTACTS], [0, 0, 0, 1, 0])
 
 
-def test_target_is_the_next_frame_in_this_root(walk):
+def test_target_is_the_next_frame_in_the_present_root(walk):
     states, targets, _ = walk
     again = state.reroot(targets[40:60])
     for part in (state.POSE, state.FUTURE, state.TRAJECTORY, state.CONTACTS):
@@ -85,7 +85,7 @@ def test_target_is_the_next_frame_in_this_root(walk):
     assert np.allclose(moved[:2], [0, SPEED / state.FPS], atol=1e-4)
 
 
-def test_a_true_state_is_consistent_already(walk):
+def test_encoded_states_are_consistent(walk):
     states = walk[0][40:60]
     assert torch.allclose(state.consistent(states), states, atol=1e-4)
 

@@ -11,7 +11,7 @@ from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.takes import amass_files
 from samp_blender.samp_addon.body import amass
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -15,7 +15,7 @@ from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.takes import export
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -23,7 +23,7 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.refine import refinement as optimiser
 from samp_blender.samp_addon.refine.refinement import Settings
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 from screen import Screen
 
 FRAMES = 60

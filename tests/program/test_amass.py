@@ -1,4 +1,4 @@
-"""AMASS .npz files: what is written is what SMPL-X tools expect, and it comes back."""
+"""AMASS .npz files: the conventions of SMPL-X tools, and a lossless round trip."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from samp_blender.samp_addon import frames, rotation
 from samp_blender.samp_addon.body import amass
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 
 @pytest.mark.parametrize("joints", [22, 55])
@@ -28,7 +28,7 @@ def test_round_trip(tmp_path, joints):
 
 
 def test_keys_and_convention(tmp_path):
-    """Z-up, and the pelvis of SMPL-X's own forward pass (rest pelvis + trans) is the take's pelvis."""
+    """Z-up; the pelvis of SMPL-X's forward pass (rest pelvis + trans) is the pelvis of the take."""
     take = rigs.take(10)
     with np.load(amass.write_amass(take, tmp_path / "take.npz")) as data:
         assert str(data["gender"]) == "neutral" and str(data["surface_model_type"]) == "smplx"

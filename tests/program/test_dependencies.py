@@ -1,4 +1,4 @@
-"""What is said of packages that are missing or broken, in the preferences, by operators and by the batch."""
+"""Messages about missing or broken packages, in the preferences, by operators and by the batch."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def raised(work):
 
 
 @pytest.mark.parametrize(
-    ("source", "told"),
+    ("source", "expected"),
     [
         ("raise ModuleNotFoundError('x', name='torch.nn')", "'torch' is missing"),
         ("raise ModuleNotFoundError('x', name='scipy')", "'scipy' is missing"),
@@ -32,22 +32,22 @@ def raised(work):
         ("1 / 0", None),
     ],
 )
-def test_sentences(source, told):
-    said = dependencies.explain(raised(lambda: exec(source)))
-    assert said is None if told is None else told in said and "Preferences" in said
+def test_explanations(source, expected):
+    message = dependencies.explain(raised(lambda: exec(source)))
+    assert message is None if expected is None else expected in message and "Preferences" in message
 
 
 @pytest.mark.parametrize("source", ["raise OSError('c10.dll\\nis missing')", "raise ImportError('bad ELF')"])
-def test_a_package_that_does_not_load(monkeypatch, tmp_path, source):
+def test_a_package_that_fails_to_load(monkeypatch, tmp_path, source):
     (tmp_path / "safetensors").mkdir()
     (tmp_path / "safetensors" / "__init__.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "safetensors", raising=False)
-    said = dependencies.explain(raised(lambda: __import__("safetensors")))
-    assert "'safetensors' cannot be loaded (" in said and "\n" not in said
+    message = dependencies.explain(raised(lambda: __import__("safetensors")))
+    assert "'safetensors' cannot be loaded (" in message and "\n" not in message
 
 
-def test_versions_are_told_without_importing():
+def test_versions_are_found_without_importing():
     assert THERE.present and THERE.version and not ABSENT.present and ABSENT.version == ""
 
 
@@ -61,14 +61,14 @@ def test_versions_are_told_without_importing():
 )
 def test_install_commands(names, lines):
     packages = [Package(name, name, "") for name in names]
-    made = dependencies.install_commands("py", "F", packages)
-    made = [line.replace('"', "") for line in made if "ensurepip" not in line]
-    assert len(made) == len(lines)
-    assert all(line.endswith(end) for line, end in zip(made, lines, strict=True))
+    commands = dependencies.install_commands("py", "F", packages)
+    commands = [line.replace('"', "") for line in commands if "ensurepip" not in line]
+    assert len(commands) == len(lines)
+    assert all(line.endswith(end) for line, end in zip(commands, lines, strict=True))
 
 
 class Layout:
-    """Writes down what a panel would show."""
+    """Record what a panel shows."""
 
     def __init__(self):
         self.shown = []
@@ -97,16 +97,16 @@ def test_preferences(monkeypatch, absent):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "status", "said"),
+    ("arguments", "status", "message"),
     [(["--help"], 0, "--jobs"), ([], 2, "--action"), (["--action", "sit"], 2, "--target")],
 )
-def test_the_command_has_the_options_of_the_batch(capsys, arguments, status, said):
+def test_the_command_has_the_options_of_the_batch(capsys, arguments, status, message):
     assert shell_command.run(arguments) == status
-    told = capsys.readouterr()
-    assert said in told.out + told.err and "Traceback" not in told.err
+    output = capsys.readouterr()
+    assert message in output.out + output.err and "Traceback" not in output.err
 
 
-def test_the_command_is_known_and_forgotten():
+def test_the_command_is_registered_and_unregistered():
     for _ in range(2):
         shell_command.register()
         assert shell_command._registered

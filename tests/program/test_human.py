@@ -1,4 +1,4 @@
-"""The default human: its asset, its skinning, and that the network side deforms it as Blender does."""
+"""The default human: its asset, and skinning that agrees with Blender's."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.body import hands, human
 from samp_blender.samp_addon.motion import Motion
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 MOCAP = Path(__file__).parents[3] / "shared" / "data" / "mocap" / "smplx30"
 
@@ -50,8 +50,8 @@ def test_every_edge_has_two_faces():
     assert (uses == 2).all()
 
 
-@pytest.mark.skipif(not MOCAP.is_dir(), reason="the motion data beside the repository is not here")
-def test_joints_are_those_of_the_motion_data():
+@pytest.mark.skipif(not MOCAP.is_dir(), reason="the motion data is not available")
+def test_joints_agree_with_the_motion_data():
     file = sorted(MOCAP.glob("*.npz"))[0]
     with np.load(file) as data:
         assert np.abs(human.load().joints[:22] - data["rest_joints"]).max() < 1e-3
@@ -67,13 +67,13 @@ def test_joints_follow_the_shape(shape, taller):
     assert (other.joints[head, 1] - other.floor - body.joints[head, 1] + body.floor) * np.sign(taller) > 0
 
 
-def test_skin_at_rest_and_carried():
+def test_skin_at_rest_and_moved():
     body = human.load()
     flat = np.tile([1.0, 0, 0, 0], (2, 55, 1))
     root = np.array([[0.0, 0, 0], [3.0, 2.0, 1.0]])
     shown = human.skin(body, Motion(root, flat))
     assert np.abs(shown - (body.vertices + root[:, None])).max() < 1e-5
-    # A quarter turn to the left about the vertical carries +Z to +X.
+    # A quarter turn counter-clockwise about the vertical maps +Z to +X.
     turned = flat.copy()
     turned[:, 0] = rotation.about_y(np.pi / 2)
     shown = human.skin(body, Motion(root, turned), chunk=1)[1] - root[1]
@@ -81,7 +81,7 @@ def test_skin_at_rest_and_carried():
 
 
 @pytest.mark.parametrize("joints", [22, 55])
-def test_torch_skins_alike_and_has_gradients(joints):
+def test_torch_skinning_agrees_and_has_gradients(joints):
     body, take = human.load(), rigs.take(6, joints)
     root = torch.tensor(take.root, requires_grad=True)
     turns = torch.tensor(rotation.quaternion_to_matrix(take.rotations), requires_grad=True)
@@ -103,7 +103,7 @@ def test_torch_skins_alike_and_has_gradients(joints):
 
 
 @pytest.mark.parametrize("shapes", [{}, {"female": 1.0, "tall": 0.5}])
-def test_blender_deforms_it_alike(shapes):
+def test_blender_deforms_the_mesh_identically(shapes):
     scene = rigs.reset()
     armature = character.create_character(bpy.context, shapes, (1.0, -2.0, 0.5), 0.7)
     body = human.load().shaped(shapes)

@@ -1,4 +1,4 @@
-"""The measures find a perfect take perfect, and each fault out."""
+"""Metrics of perfect takes, and of takes with known faults."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def box(low, high, flip=False, without=()):
 
 
 def standing(seconds=3.0, at=(0.0, FLOOR, 0.0), yaw=0.0, speed=0.0, fps=30.0):
-    """The rest pose, gliding along +Z."""
+    """Return the rest pose, moving along +Z at a constant speed, m/s."""
     frames = int(seconds * fps) + 1
     root = np.tile(np.asarray(at, float), (frames, 1))
     root[:, 2] += speed * np.arange(frames) / fps
@@ -58,13 +58,13 @@ def test_a_perfect_take_scores_perfectly():
 
 
 @pytest.mark.parametrize("offset", [(0.1, 0, 0), (0, -0.1, 0), (0, 0, 0.1)])
-def test_ten_centimetres_are_found_out(offset):
+def test_position_error_of_ten_centimetres(offset):
     moved = standing(at=np.add(GOAL.position, offset))
     assert metrics.position_error(moved, GOAL) == pytest.approx(10, abs=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [90, -90, 180, 20])
-def test_a_turn_is_found_out(degrees):
+def test_rotation_error_of_a_turn(degrees):
     assert metrics.rotation_error(standing(yaw=np.radians(degrees)), GOAL) == pytest.approx(abs(degrees))
 
 
@@ -113,7 +113,7 @@ def test_foot_slide_formula(height, speed, slide):
     assert feet.measures(gliding)["foot_slide_cm_s"] == pytest.approx(slide, abs=0.01)
 
 
-def test_stance_slide_sees_a_slow_drift_and_no_fast_swing():
+def test_stance_slide_counts_slow_drift_only():
     assert feet.measures(standing(speed=0.1))["stance_slide_cm_s"] == pytest.approx(10, abs=1e-3)
     fast = feet.measures(standing(speed=0.5))
     assert fast["stance_slide_cm_s"] is None
@@ -140,8 +140,8 @@ SOLIDS = {
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_a_body_inside_a_box_is_found_out(name):
-    """The head walks into a box that hangs from above: it is as deep as it is over the box's underside."""
+def test_penetration_of_a_box(name):
+    """The head moves into a suspended box; its depth is its height over the box's bottom."""
     motion = standing(1.0, (0, FLOOR, -1.5), speed=1.5)
     numbers = collision.measures(motion, Obstacles(SOLIDS[name]))
     top = FLOOR + float(human.load().vertices[:, 1].max())
@@ -160,8 +160,8 @@ def test_depth_limits(depth, percent):
     assert (numbers["penetration_2cm_percent"], numbers["penetration_5cm_percent"]) == percent
 
 
-def test_the_side_is_right_close_to_a_surface():
-    """Vertices a millimetre off a slab's top, inside and outside, whatever the grid's phase."""
+def test_inside_and_outside_close_to_a_surface():
+    """Vertices close to a slab's top, inside and outside, at any position relative to the grid."""
     slab = box((-0.5, -0.2, -0.5), (0.5, 0.1, 0.5))
     rng = np.random.default_rng(1)
     places = rng.uniform(-0.45, 0.45, (400, 3))
@@ -175,8 +175,8 @@ def test_the_side_is_right_close_to_a_surface():
     assert not found[0].any()
 
 
-def test_takes_that_share_obstacles_measure_as_one_alone():
-    """Surfaces are looked at farther and farther out, as takes ask about them."""
+def test_shared_obstacles_give_the_same_results():
+    """The loaded region grows with each take."""
     scene = np.concatenate([box((-1, 0, z), (1, 2, z + 0.4)) for z in (5, 12, -9)])
     walks = [standing(4, (0, FLOOR, z), speed=1.5) for z in (0, 7, -14, 0)]
     shared = Obstacles(scene)
@@ -190,7 +190,7 @@ def test_takes_that_share_obstacles_measure_as_one_alone():
         assert one.any()
 
 
-def test_a_take_that_leaps_far_away_is_measured_as_well():
+def test_a_take_that_jumps_far_away():
     motion = standing(1.0, (0, FLOOR, -1.5), speed=1.5)
     root = motion.root.copy()
     root[10:20] += [40_000.0, 3_000.0, -70_000.0]
@@ -202,8 +202,8 @@ def test_a_take_that_leaps_far_away_is_measured_as_well():
     assert depth.max() > 0 and not depth[10:20].any() and not touching[10:20].any()
 
 
-def test_deep_inside_of_something_large():
-    """No surface is within reach of the body's cells, and it is inside all the same."""
+def test_deep_inside_a_large_solid():
+    """The body is inside although no surface is near its cells."""
     motion = standing(1.0, (0, FLOOR, -4), speed=6.0)
     depth, _ = collision.body_depth(motion, Obstacles(box((-3, -3, -1), (3, 3, 5))))
     assert depth[-1].min() > 1.0
@@ -223,14 +223,14 @@ def test_contact_within_a_centimetre():
     assert touch(reach + 0.02)["contact"] == 0
 
 
-def test_under_the_floor():
+def test_depth_below_the_floor():
     sunk = collision.measures(standing(0.1, (0, FLOOR - 0.03, 0)), Obstacles(np.zeros((0, 3, 3))), floor=0.0)
     assert sunk["penetration_max_cm"] == pytest.approx(3, abs=0.2)
 
 
 @pytest.mark.parametrize("lift", [0.0, 0.005, 0.012, 0.022, -0.005])
-def test_a_floor_with_a_thickness_is_only_stood_on(lift):
-    """Its soles are within one cell of a slab 10 cm thick; a carpet 8 mm high lies on it."""
+def test_a_thick_floor_is_not_penetrated_by_standing_on_it(lift):
+    """The soles are within one cell of a slab 10 cm thick with a carpet 8 mm high."""
     slab = np.concatenate([box((-3, -0.1, -3), (3, 0, 3)), box((-1, 0, -1), (1, 0.008, 1))])
     depth, touching = collision.body_depth(
         standing(0.5, (0.003, FLOOR + lift, 0.007)), Obstacles(slab), floor=0.0
@@ -239,8 +239,8 @@ def test_a_floor_with_a_thickness_is_only_stood_on(lift):
     assert touching.any() == (lift < 0.018)
 
 
-def test_a_wall_met_on_a_long_walk():
-    """Frames are measured in parts; only those at the wall are deep, and none is lost."""
+def test_a_wall_on_a_long_walk():
+    """Frames are processed in chunks; exactly those at the wall have depth."""
     walk = standing(4, (0, FLOOR, 0), speed=1.5)
     depth, touching = collision.body_depth(walk, Obstacles(box((-1, 0, 5), (1, 2, 5.4))))
     assert depth.shape == touching.shape == (121, 2048)
@@ -285,7 +285,7 @@ def test_frechet_distance_of_known_normals():
     assert diversity.frechet_distance(a, a) == pytest.approx(0, abs=1e-6)
 
 
-def test_motion_distance_tells_a_walk_from_standing():
+def test_motion_distance_separates_walking_from_standing():
     still, glide = [standing()], [standing(speed=1.0)]
     assert diversity.motion_distance(still, still) == pytest.approx(0, abs=1e-6)
     assert diversity.motion_distance(still, glide) > 1
@@ -294,7 +294,7 @@ def test_motion_distance_tells_a_walk_from_standing():
 @pytest.mark.parametrize(
     ("thick", "over", "touches"), [(0.008, 0.012, True), (0.008, 0.03, False), (0.0, 0.012, False)]
 )
-def test_who_stands_on_a_carpet_touches_it(thick, over, touches):
+def test_standing_on_a_carpet_is_contact(thick, over, touches):
     body = human.load()
     motion = Motion(np.array([[0.0, over - body.floor, 0.0]] * 2), np.tile([1.0, 0, 0, 0], (2, 22, 1)))
     carpet = rooms.box(np.array([-1.0, 0.0, -1.0]), np.array([1.0, thick, 1.0]))

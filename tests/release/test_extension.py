@@ -1,4 +1,4 @@
-"""The zip an artist installs: what is in it, that it works, and how long it takes to register."""
+"""The installed zip: its content, its operation, and the duration of registration."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ print("FACTS" + json.dumps({"seconds": seconds, "heavy": heavy}))
 
 
 def run(script: str, *arguments: str, **environment: str) -> dict:
-    """The facts that a script prints in a process of its own."""
+    """Run a script in a separate process; return the facts that it prints."""
     done = subprocess.run(
         [sys.executable, "-c", script, *arguments],
         env=os.environ | environment,
@@ -75,7 +75,7 @@ def run(script: str, *arguments: str, **environment: str) -> dict:
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory) -> Path:
-    """The zip, built from the working tree."""
+    """Build the zip from the working tree."""
     folder = tmp_path_factory.mktemp("package")
     command = [sys.executable, str(BUILDER), "build", "--source-dir", str(ROOT), "--output-dir", str(folder)]
     subprocess.run(command, check=True, capture_output=True)
@@ -95,7 +95,7 @@ def test_code_and_manifest_agree_on_the_version():
     assert project["version"] == MANIFEST["version"] and project["license"]["text"] == "GPL-3.0-or-later"
 
 
-def test_only_what_runs_is_shipped(package):
+def test_only_runtime_files_are_shipped(package):
     with zipfile.ZipFile(package) as archive:
         names = archive.namelist()
     tops = {name.split("/")[0] for name in names}
@@ -137,5 +137,5 @@ def test_installs_and_works(package, tmp_path):
 def test_registers_fast_and_light():
     tries = [run(REGISTER) for _ in range(3)]
     assert tries[0]["heavy"] == []
-    # The best of three: what else the machine does is not the extension's doing.
+    # The best of three, to exclude the load of the machine.
     assert min(attempt["seconds"] for attempt in tries) < 0.1

@@ -1,4 +1,4 @@
-"""The zips with wheels: what they hold, what is left out, and that they work where Python has nothing else."""
+"""The zips with wheels: their content, skipped platforms, and operation without other packages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from samp_blender.samp_addon import dependencies
 ROOT = Path(__file__).resolve().parents[2]
 CACHED = ROOT / "cache" / "wheels"
 MANIFEST = (ROOT / "blender_manifest.toml").read_text()
-# Of the packages beside this Python those that Blender ships too; a process that sees no others stands for Blender.
+# Packages of this Python that Blender ships as well; a process with only these simulates Blender.
 SHIPPED = (
     "bpy",
     "numpy",
@@ -64,7 +64,7 @@ print("FACTS" + json.dumps(facts))
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory):
-    """The zip without wheels that the others are made from."""
+    """Build the zip without wheels that the others are based on."""
     path = tmp_path_factory.mktemp("plain") / "plain.zip"
     build._blender("build", "--source-dir", str(ROOT), "--output-filepath", str(path))
     return path
@@ -81,7 +81,7 @@ def room(tmp_path_factory):
 
 @pytest.fixture
 def install(room, tmp_path):
-    """Installs a zip where Python sees what Blender ships and nothing else; tells what came of pressing everything."""
+    """Return a function that installs a zip next to Blender's packages only and reports the results of operators."""
     from samp_blender.samp_addon import motion, rotation
     from samp_blender.samp_addon.body import amass
 
@@ -99,7 +99,7 @@ def install(room, tmp_path):
             "BLENDER_USER_RESOURCES": str(tmp_path / "user"),
             "PYTHONPATH": str(tmp_path / "site"),
         }
-        # -S: without the packages beside this Python.
+        # -S: without the packages of this Python.
         command = [sys.executable, "-S", "-c", SIT, str(zip_path), str(room), str(tmp_path)]
         done = subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=500, check=False
@@ -112,7 +112,7 @@ def install(room, tmp_path):
 
 
 def cached(*names):
-    """Wheels of this platform that `make package` has got before; skips the test where it has not."""
+    """Return wheels of this platform from an earlier `make package`; skip the test if there are none."""
     found = []
     for name in names:
         found += sorted((CACHED / "linux-x64" / "3.11" / name).glob("*.whl"))[:1]
@@ -143,7 +143,7 @@ def test_with_all_wheels_everything_works(plain, install, tmp_path):
     assert set(facts["from"]) == {"torch", "scipy", "safetensors"}
 
 
-def test_without_torch_all_works_that_needs_no_network(plain, install, tmp_path):
+def test_without_torch_the_operators_without_networks_work(plain, install, tmp_path):
     names = [name for name in wheels.LISTED["versions"] if name not in wheels.TORCH]
     facts = install(build._build(plain, tmp_path, "light", "linux-x64", cached(*names)))
     assert facts["missing"] == ["torch"] and facts["loaded"] == []
@@ -154,7 +154,7 @@ def test_without_torch_all_works_that_needs_no_network(plain, install, tmp_path)
     assert any("zip" in line for line in facts["advice"])
 
 
-def test_without_any_wheels_each_button_says_what_is_missing(plain, install, tmp_path):
+def test_without_wheels_each_operator_names_the_missing_package(plain, install, tmp_path):
     facts = install(build._build(plain, tmp_path, "bare"))
     assert facts["missing"] == [package.module for package in dependencies.PACKAGES]
     assert [name for name in NETWORKLESS if facts[name] == ["FINISHED"]] == [
@@ -173,7 +173,7 @@ def fake_wheel(folder, name):
     return path
 
 
-def test_a_zip_brings_its_wheels_and_names_them(plain, tmp_path):
+def test_a_zip_contains_and_lists_its_wheels(plain, tmp_path):
     names = ("scipy-1.15.3-cp311-cp311-win_amd64.whl", "packaging-26.3-py3-none-any.whl")
     path = build._build(
         plain, tmp_path, "light", "windows-x64", [fake_wheel(plain.parent, name) for name in names]
@@ -190,7 +190,7 @@ def test_a_zip_brings_its_wheels_and_names_them(plain, tmp_path):
     assert not [name for name in inside if name.startswith(("release/", "tests/", "docs/"))]
 
 
-def test_a_version_of_python_is_served_with_all_wheels_or_left_out(monkeypatch, tmp_path):
+def test_a_python_version_is_supported_with_all_wheels_or_not_at_all(monkeypatch, tmp_path):
     def get(name, platform, python, folder):
         if (name, python) == ("torch", "3.13"):
             return None, "no wheel of torch"
@@ -202,11 +202,11 @@ def test_a_version_of_python_is_served_with_all_wheels_or_left_out(monkeypatch, 
     assert got.left_out == {"3.13": "no wheel of torch"} and got.pythons == ["3.11"]
     assert [path.name for path in got.wheels].count("packaging-py3.whl") == 1
     assert not [path for path in got.wheels if "3.13" in path.name]
-    light = wheels.collect("linux-x64", tmp_path, leave=wheels.TORCH)
+    light = wheels.collect("linux-x64", tmp_path, excluded=wheels.TORCH)
     assert light.pythons == ["3.11", "3.13"] and not [p for p in light.wheels if "torch" in p.name]
 
 
-def test_a_platform_whose_wheels_cannot_be_had_is_left_out_with_the_reason(monkeypatch, tmp_path, capsys):
+def test_a_platform_without_wheels_is_skipped_with_the_reason(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(wheels, "_get", lambda *what: (None, "no wheel of it"))
     assert build.main(["--kinds", "full", "--platforms", "macos-arm64", "--output", str(tmp_path)]) == 0
     said = capsys.readouterr().out.splitlines()
@@ -215,7 +215,7 @@ def test_a_platform_whose_wheels_cannot_be_had_is_left_out_with_the_reason(monke
     assert all(line.endswith("no wheel of it") for line in said)
 
 
-def test_a_wheel_that_nobody_has(monkeypatch, tmp_path):
+def test_a_wheel_that_does_not_exist(monkeypatch, tmp_path):
     monkeypatch.setitem(wheels.LISTED["versions"], "scipy", "0.0.1")
     for variable, value in (("PIP_NO_INDEX", "1"), ("PIP_CONFIG_FILE", os.devnull), ("PIP_FIND_LINKS", "")):
         monkeypatch.setenv(variable, value)

@@ -1,4 +1,4 @@
-"""What is run by hand or by make: the demo, the evaluation, the judge's rooms, the check for system packages."""
+"""Tools run by hand or by make: the demo, the evaluation, the random rooms, the check for system packages."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def demo():
 
 
 @pytest.mark.skipif(not workbench.offscreen_works(), reason="no libEGL here")
-def test_the_demo_leaves_what_it_promises(demo, tmp_path, monkeypatch):
+def test_the_demo_writes_its_files(demo, tmp_path, monkeypatch):
     monkeypatch.setattr(demo, "FILM_STEP", 40)
     monkeypatch.setattr(demo, "FILM_SIZE", (160, 90))
     monkeypatch.setattr(demo, "VIEWS", demo.VIEWS[:1])
@@ -51,7 +51,7 @@ def test_the_demo_leaves_what_it_promises(demo, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["Sofa", "Armchair"])
-def test_one_can_sit_in_the_demos_room(demo, name):
+def test_the_demo_room_has_reachable_seats(demo, name):
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     demo.build_room.build(bpy.context.scene)
     scene = read_scene.read_scene(bpy.context)
@@ -62,7 +62,7 @@ def test_one_can_sit_in_the_demos_room(demo, name):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_rooms_have_a_way_around_an_obstacle_to_a_seat_that_faces_the_front(seed):
+def test_random_rooms_have_a_path_around_an_obstacle(seed):
     room = rooms.random_room(seed)
     assert len(room.pieces) == 6
     goal = seats.find_goals(room.target.triangles, "sit")[0]
@@ -72,7 +72,7 @@ def test_rooms_have_a_way_around_an_obstacle_to_a_seat_that_faces_the_front(seed
     assert room.crossings(way) == []
 
 
-def test_evaluation_prints_what_was_measured(tmp_path):
+def test_evaluation_tables(tmp_path):
     results = takes.evaluate("sit", 1, 2, [], fakes.TOOLS)
     text = report.table("sit", results, [take.motion for take in results.takes])
     assert text.startswith("sit: 2 takes of 2 asked for")
@@ -86,16 +86,18 @@ def test_evaluation_prints_what_was_measured(tmp_path):
     stuck = takes.evaluate("sit", 1, 2, [], fakes.STUCK, said.append)
     assert report.table("sit", stuck, []) == "sit: 0 takes of 2 asked for" and len(said) == 2
     assert takes.held_out_seats(tmp_path) == []
-    beside = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
-    assert beside[2].startswith("| ours | 2 of 2 | ") and beside[3].startswith("| stuck | 0 of 2 | - | ")
-    assert len({line.count("|") for line in beside}) == 1
+    comparison = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
+    assert comparison[2].startswith("| ours | 2 of 2 | ") and comparison[3].startswith(
+        "| stuck | 0 of 2 | - | "
+    )
+    assert len({line.count("|") for line in comparison}) == 1
 
 
-def test_evaluation_tells_what_refining_changed():
+def test_evaluation_table_of_refinement():
     results = takes.evaluate("sit", 1, 1, [], fakes.TOOLS)
-    mended = refined.mend(results.takes[0], results.scenes[0])
-    assert mended.after["penetration_max_cm"] < mended.before["penetration_max_cm"]
-    text = refined.table("sit", [mended, mended])
+    result = refined.mend(results.takes[0], results.scenes[0])
+    assert result.after["penetration_max_cm"] < result.before["penetration_max_cm"]
+    text = refined.table("sit", [result, result])
     assert "| seconds for a second of motion |" in text and "2 takes" in text
 
 
@@ -107,23 +109,23 @@ def test_contact_sheets_of_random_takes(tmp_path, monkeypatch):
     assert len(drawn) == 2 and all(path.stat().st_size > 1000 for path in drawn)
 
 
-def test_without_the_planner_people_go_straight():
-    asked = []
+def test_without_the_planner_paths_are_straight():
+    captured = []
 
     def generate(requests, progress):
-        asked.extend(requests)
+        captured.extend(requests)
         return fakes.TOOLS.generate(requests, progress)
 
     tools = replace(fakes.TOOLS, generate=generate)
     takes.evaluate("sit", 1, 1, [], tools)
     takes.evaluate("sit", 1, 1, [], takes.straight_on(tools))
-    planned, straight = asked
+    planned, straight = captured
     assert len(planned.waypoints) > 2 and len(straight.waypoints) == 2
     assert np.allclose(straight.waypoints, planned.waypoints[[0, -1]])
 
 
 @pytest.mark.parametrize("action, kept", [("walk", 40), ("sit", 100)])
-def test_of_a_walk_only_the_walking_counts(action, kept):
+def test_the_walking_part_of_a_walk(action, kept):
     root = np.zeros((100, 3))
     root[:, 2] = np.clip((np.arange(100) - 30) / 30, 0, 40 / 30)
     quats = np.zeros((100, 22, 4))
@@ -142,7 +144,7 @@ def test_intervals_of_the_tables():
         tables.share(3, 2)
 
 
-def test_missing_libraries_are_named():
+def test_missing_libraries_are_reported():
     check = runpy.run_path(str(ROOT / ".ci" / "check_system.py"))
     assert check["loads"]("libnowhere.so.1") is False
     script = str(ROOT / ".ci" / "check_system.py")

@@ -22,7 +22,7 @@ from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine.feet import plan as foot_plan
 from samp_blender.samp_addon.rigs import carrying, fitting, maps
 from samp_blender.samp_addon.rigs.footprints import Footprints
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 LEGS = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 

@@ -1,4 +1,4 @@
-"""The walkable surface: what counts as floor, what stands in the way, and what is refused."""
+"""The walkable surface: floors, obstacles, and errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from samp_blender.tests.support import layouts
 
 
 def walkable_at(mesh, x, z, height=0.0, within=0.1):
-    """Whether there is walkable ground at a place and height."""
+    """Return whether there is walkable ground at a place and height."""
     place = mesh.ground.at(np.array([x, height, z]))
     return bool(
         place >= 0
@@ -46,7 +46,7 @@ LOW_LAMP = layouts.box((-0.1, 1.5, -0.1), (0.1, 2.5, 0.1))
         ("a floor seen from below", FLOOR[:, ::-1], [(0, 0)], []),
     ],
 )  # fmt: skip
-def test_where_one_can_walk(name, triangles, walkable, blocked):
+def test_walkable_and_blocked_places(name, triangles, walkable, blocked):
     mesh = navmesh.build(triangles)
     assert mesh.laid_ground is None
     for x, z in walkable:
@@ -82,7 +82,7 @@ def test_stairs(rise, passable):
     assert walkable_at(mesh, 0, 0.3 * 3.5, 4 * rise) == passable
 
 
-def test_two_storeys_are_apart_without_stairs_and_joined_by_them():
+def test_stairs_connect_two_storeys():
     upstairs = layouts.floor(6, 3, layouts.STOREY, by=(0, 5.7))
     ground = layouts.floor(6, 14)
     apart = navmesh.build(join(ground, upstairs))
@@ -94,14 +94,14 @@ def test_two_storeys_are_apart_without_stairs_and_joined_by_them():
         assert (mesh.island_of(low) == mesh.island_of(high)) == one
 
 
-def test_tops_of_furniture_are_no_floor():
+def test_tops_of_furniture_are_not_walkable():
     bed = layouts.box((-1, 0, -1), (1, 0.5, 1))
     mesh = navmesh.build(join(FLOOR, bed, layouts.table((2, 2))))
     assert mesh.points[:, 1].max() < 0.1
     assert mesh.points[mesh.walkable == mesh.nearest(np.array([0, 0.6, 0]))][0, 1] < 0.1
 
 
-def test_polygons_are_convex_flat_on_and_cover_the_walkable_area():
+def test_polygons_are_convex_and_cover_the_walkable_area():
     mesh = navmesh.build(layouts.furnished(triangles=5000))
     corners = mesh.polygons
     across = corners[:, :, [0, 2]]
@@ -114,7 +114,7 @@ def test_polygons_are_convex_flat_on_and_cover_the_walkable_area():
     assert (mesh.pieces.owner[mesh.walkable] >= 0).all() and len(mesh) < 2000
 
 
-def test_links_lead_both_ways():
+def test_links_are_symmetric():
     mesh = navmesh.build(layouts.furnished(3, triangles=5000))
     links = mesh.ground.links
     for direction in range(4):
@@ -130,11 +130,11 @@ def test_links_lead_both_ways():
         ("a sofa alone", layouts.sofa(), None, 0.05),
         ("a raised chair alone", layouts.moved(layouts.sofa(width=0.6), by=(0, 0.3, 0)), None, 0.35),
         ("furniture without a floor", join(layouts.sofa((-2, 0)), layouts.table((2, 1))), None, 0.0),
-        ("a floor asked for", layouts.sofa(), 0.0, 0.0),
-        ("a floor asked for in the air", FLOOR, 1.0, 1.0),
+        ("a requested floor", layouts.sofa(), 0.0, 0.0),
+        ("a requested floor in the air", FLOOR, 1.0, 1.0),
     ],
 )
-def test_a_missing_floor_is_laid(name, triangles, floor_height, expected):
+def test_a_missing_floor_is_added(name, triangles, floor_height, expected):
     mesh = navmesh.build(triangles, floor_height=floor_height)
     assert mesh.laid_ground == (None if expected is None else pytest.approx(expected, abs=1e-6))
     if expected is not None:
@@ -143,7 +143,7 @@ def test_a_missing_floor_is_laid(name, triangles, floor_height, expected):
             assert walkable_at(mesh, x, z, expected)
 
 
-def test_a_laid_floor_reaches_start_and_goal():
+def test_an_added_floor_extends_to_start_and_goal():
     mesh = navmesh.build(layouts.sofa(), cover=np.array([[7.0, 0, -6.0]]))
     assert walkable_at(mesh, 7, -6, 0.05)
 
@@ -160,13 +160,13 @@ def test_an_empty_scene_with_a_floor():
         (join(layouts.floor(3, 3), layouts.floor(3, 3, 1.0)), Agent(radius=4), "walked on"),
     ],
 )
-def test_scenes_without_ground_say_so(triangles, agent, words):
+def test_scenes_without_ground_raise_an_error(triangles, agent, words):
     with pytest.raises(SampError, match=words):
         navmesh.build(triangles, agent)
 
 
 @pytest.mark.parametrize("size", [60.0, 400.0])
-def test_large_scenes_are_cut_to_what_matters(size):
+def test_large_scenes_are_cropped_around_start_and_goal(size):
     triangles = join(layouts.floor(size, size), layouts.sofa((20, 20)))
     mesh = navmesh.build(triangles, cover=np.array([[18.0, 0, 20], [22.0, 0, 20]]))
     assert mesh.ground.grid.cell == pytest.approx(0.05)
@@ -177,13 +177,13 @@ def test_large_scenes_are_cut_to_what_matters(size):
     assert coarse.ground.grid.cell > 0.05 and np.prod(coarse.ground.grid.shape) < 1.1 * navmesh.MAX_COLUMNS
 
 
-def test_a_sky_dome_does_not_matter():
+def test_a_sky_dome_has_no_effect():
     sky = layouts.ball(2000, (90, 90, 90), (0, 0, 0))
     mesh = navmesh.build(join(layouts.floor(20, 20), sky), cover=np.zeros((1, 3)))
     assert walkable_at(mesh, 0, 0) and walkable_at(mesh, 9, 9)
 
 
-def test_degenerate_triangles_do_not_matter():
+def test_degenerate_triangles_have_no_effect():
     rng = np.random.default_rng(0)
     broken = np.repeat(rng.uniform(-2, 2, (50, 1, 3)), 3, axis=1)
     slivers = np.concatenate(
@@ -202,7 +202,7 @@ def test_free_places_are_on_the_same_storey_and_not_on_stairs():
             assert abs(place[1] - height) < 0.1
 
 
-def test_free_places_are_not_in_a_pocket():
+def test_free_places_are_not_in_enclosed_pockets():
     shut = join(layouts.box((-1, 0, -1.6), (1, 1, -1.5)), layouts.box((-1, 0, -2.6), (1, 1, -2.5)))
     sides = join(layouts.box((-1, 0, -2.5), (-0.9, 1, -1.6)), layouts.box((0.9, 0, -2.5), (1, 1, -1.6)))
     mesh = navmesh.build(join(layouts.floor(6, 6), shut, sides))
@@ -230,7 +230,7 @@ def test_free_places(distance):
     assert len({tuple(position) for position, _ in places}) > 5 or distance[0] == 40.0
 
 
-def test_low_things_are_stepped_ground_and_no_place_to_start():
+def test_low_furniture_is_rough_ground_and_not_a_start():
     futon = layouts.box((-1, 0, -1), (1, 0.18, 1))
     mesh = navmesh.build(join(FLOOR, futon))
     rough = mesh.ground.rough[mesh.walkable]
@@ -243,4 +243,4 @@ def test_low_things_are_stepped_ground_and_no_place_to_start():
     )
     mesh = navmesh.build(sunken)
     middle = mesh.ground.at(np.zeros(3))
-    assert not mesh.ground.rough[middle], "a small room that one steps down into is no furniture"
+    assert not mesh.ground.rough[middle], "a sunken room is not furniture"

@@ -1,4 +1,4 @@
-"""Way-points: short, clear of obstacles, up and down stairs, and honest where there is no way."""
+"""Paths: short, clear of obstacles, over stairs, and errors where there is none."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def join(*parts):
 
 
 def along(waypoints, spacing=0.02):
-    """Points (M, 3) along a path."""
+    """Return points (M, 3) along a path."""
     pieces = [
         a + np.linspace(0, 1, int(np.linalg.norm(b - a) / spacing) + 2)[:, None] * (b - a)
         for a, b in zip(waypoints, waypoints[1:], strict=False)
@@ -31,7 +31,7 @@ def along(waypoints, spacing=0.02):
 
 
 def clearance(waypoints, obstacles, height=(0.3, 1.7)):
-    """Smallest horizontal distance of a path from dense samples of obstacles at the body's height."""
+    """Return the smallest horizontal distance of a path from samples of obstacles at the body's height."""
     from samp_blender.samp_addon.scene import geometry
 
     samples = geometry.sample_surface(obstacles, 60_000)[0]
@@ -41,7 +41,7 @@ def clearance(waypoints, obstacles, height=(0.3, 1.7)):
 
 
 class VisibilityGraph:
-    """Shortest ways between discs-and-boxes obstacles, exact up to the number of corners: the yardstick."""
+    """Shortest paths around boxes, exact up to the number of corners: the reference."""
 
     def __init__(self, boxes, radius, corners=16):
         self.boxes, self.radius = boxes, radius
@@ -79,16 +79,16 @@ class VisibilityGraph:
                 continue
             done[here] = True
             lines = nodes[here] + share * (nodes[:, None] - nodes[here])
-            seen = self.free(lines.reshape(-1, 2), 2e-3).reshape(len(nodes), -1).all(1)
+            visible = self.free(lines.reshape(-1, 2), 2e-3).reshape(len(nodes), -1).all(1)
             total = best[here] + np.linalg.norm(nodes - nodes[here], axis=1)
-            for k in np.flatnonzero(seen & (total < best - 1e-9)):
+            for k in np.flatnonzero(visible & (total < best - 1e-9)):
                 best[k] = total[k]
                 heapq.heappush(queue, (total[k] + np.linalg.norm(nodes[k] - nodes[1]), k))
         return np.inf
 
 
 def crowded(seed):
-    """A room of turned boxes: (centre, half sides, rotation) for the yardstick, and triangles."""
+    """Return a room of rotated boxes: (centre, half sides, rotation) for the reference, and triangles."""
     rng = np.random.default_rng(seed)
     boxes, triangles = [], [ROOM]
     for _ in range(8):
@@ -105,7 +105,7 @@ def test_paths_are_within_five_percent_of_a_visibility_graph(seed):
     agent = Agent(radius=0.22)
     boxes, triangles = crowded(seed)
     mesh = navmesh.build(triangles, agent)
-    yardstick = VisibilityGraph(boxes, agent.radius)
+    reference = VisibilityGraph(boxes, agent.radius)
     rng = np.random.default_rng(seed)
     island = mesh.island_of(mesh.nearest(np.zeros(3)))
     places = mesh.points[mesh.island_of(mesh.walkable) == island]
@@ -113,11 +113,11 @@ def test_paths_are_within_five_percent_of_a_visibility_graph(seed):
     ratios = []
     for _ in range(6):
         start, goal = places[rng.integers(len(places), size=2)]
-        best = yardstick.length(start[[0, 2]], goal[[0, 2]])
+        best = reference.length(start[[0, 2]], goal[[0, 2]])
         if np.isfinite(best) and best > 1.5:
             found = path.plan(mesh, start, goal)
             ratios.append(found.length / best)
-            # The yardstick is polygonal round corners, so that it may be a little longer than the best.
+            # The reference is polygonal around corners, so that it may be slightly longer than the shortest path.
             assert path.plan(mesh, start, goal, comfort=0).length / best < 1.05
             assert clearance(found.waypoints, triangles[len(ROOM) :]) > agent.radius - 0.01
     assert len(ratios) > 2 and max(ratios) < 1.05 and min(ratios) > 0.99
@@ -140,7 +140,7 @@ def test_doorways(width, passable, yaw):
             path.plan(mesh, start, goal)
 
 
-def test_up_the_stairs_and_down_again():
+def test_paths_lead_up_and_down_stairs():
     upstairs = layouts.floor(6, 3, layouts.STOREY, by=(0, 5.7))
     triangles = join(layouts.floor(6, 14), upstairs, layouts.stairs(15, 0.2, 0.28))
     mesh = navmesh.build(triangles)
@@ -156,7 +156,7 @@ def test_up_the_stairs_and_down_again():
     assert abs(down.length - up.length) < 0.02 * up.length
 
 
-def test_over_a_ramp_the_path_follows_the_ground():
+def test_paths_follow_the_ground_over_a_ramp():
     mesh = navmesh.build(join(layouts.floor(8, 12), layouts.ramp(25)))
     found = path.plan(mesh, np.array([0, 0, -2.0]), np.array([0, 1.5, 4.5]))
     line, run = along(found.waypoints), 1.5 / np.tan(np.radians(25))
@@ -165,7 +165,7 @@ def test_over_a_ramp_the_path_follows_the_ground():
     assert 3 <= len(found.waypoints) <= 8
 
 
-def test_round_what_could_be_climbed():
+def test_paths_avoid_climbing():
     toy_box = layouts.box((-0.5, 0, -0.5), (0.5, 0.2, 0.5))
     mesh = navmesh.build(join(layouts.floor(), toy_box))
     found = path.plan(mesh, np.array([0, 0, -2.0]), np.array([0, 0, 2.0]))
@@ -184,7 +184,7 @@ def test_round_what_could_be_climbed():
         ((0, 0, -3), (0, 0.5, 0.2), ((0, -3), (0, 0.62))),
     ],
 )
-def test_ends_beside_the_mesh_are_moved_onto_it(start, goal, ends):
+def test_ends_off_the_mesh_are_moved_onto_it(start, goal, ends):
     mesh = navmesh.build(join(ROOM, layouts.box((-1, 0, -0.4), (1, 0.45, 0.4))))
     found = path.plan(mesh, np.array(start, dtype=float), np.array(goal, dtype=float)).waypoints
     np.testing.assert_allclose(found[[0, -1]][:, [0, 2]], ends, atol=0.05)
@@ -207,7 +207,7 @@ WIDE_CAGE = join(*(layouts.moved(layouts.box((-2, 0, 1.9), (2, 2, 2)), k * np.pi
         ((2, 0, 2), (0, 0, 0), "No way leads"),
     ],
 )
-def test_no_way_is_an_error_that_says_so(start, goal, words):
+def test_unreachable_goals_raise_an_error(start, goal, words):
     mesh = navmesh.build(join(ROOM, CAGE))
     with pytest.raises(PathError, match=words) as error:
         path.plan(mesh, np.array(start, dtype=float), np.array(goal, dtype=float))
@@ -232,7 +232,7 @@ def test_paths_to_seats_end_in_front_of_them(yaw):
         assert clearance(found.waypoints, layouts.sofa((0.5, 0.3), yaw), (0.1, 1.5)) > 0.2
 
 
-def test_a_seat_pushed_to_a_table_is_reached_from_the_side():
+def test_a_seat_at_a_table_is_approached_from_the_side():
     chair = layouts.sofa((0, 0), 0.0, width=0.5)
     mesh = navmesh.build(join(ROOM, chair, layouts.table((0, 0.8))))
     goal = seat_goal((0, 0), 0.0)
@@ -241,7 +241,7 @@ def test_a_seat_pushed_to_a_table_is_reached_from_the_side():
     assert np.hypot(offset[0], offset[2]) < path.REACH and offset[2] > -0.4
 
 
-def test_a_seat_at_a_thin_wall_is_not_reached_through_it():
+def test_a_seat_is_not_approached_through_a_thin_wall():
     wall = layouts.box((-4, 0, -0.5), (2, 2.6, -0.42))
     mesh = navmesh.build(join(ROOM, layouts.sofa(), wall, layouts.box((-4, 0, 0.65), (2, 1.5, 0.75))))
     goal = seat_goal((0, 0), 0.0)
@@ -256,21 +256,21 @@ def test_a_seat_at_a_thin_wall_is_not_reached_through_it():
         (WIDE_CAGE, "No way"),
     ],
 )
-def test_unreachable_seats_are_an_error(obstacles, words):
+def test_unreachable_seats_raise_an_error(obstacles, words):
     mesh = navmesh.build(join(ROOM, layouts.sofa(), obstacles))
     with pytest.raises(PathError, match=words):
         path.plan_to_goal(mesh, np.array([3.2, 0, 3.2]), seat_goal((0, 0), 0.0))
 
 
-def test_a_wide_bed_can_be_reached_to_lie_down():
+def test_wide_beds_have_a_larger_reach():
     mesh = navmesh.build(join(ROOM, layouts.box((-1.1, 0, -1), (1.1, 0.5, 1))))
     found = path.plan_to_goal(mesh, np.array([3.0, 0, 3]), seat_goal((0, 0), 0.0, "lie"))
     assert 1.1 < np.hypot(*found.waypoints[-1][[0, 2]]) < 2
 
 
-@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not beside the repository")
+@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not available")
 @pytest.mark.parametrize("seed", range(4))
-def test_real_furniture_is_walked_around(seed):
+def test_paths_avoid_real_furniture(seed):
     from samp_blender.training.furniture import library
 
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Goals by geometry: on seats and mattresses, facing the free side, and nowhere else."""
+"""Goals by geometry: on seats and mattresses, facing the free side."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def yaw_gap(a, b):
 
 @pytest.mark.parametrize("yaw", [0.0, 0.4, 1.9, -2.6])
 @pytest.mark.parametrize("offset", [(0, 0, 0), (3.0, 2.5, -4.0)])
-def test_the_best_place_on_a_chair_is_in_the_middle_with_the_back_behind(yaw, offset):
+def test_the_best_goal_on_a_chair_is_central_and_faces_away_from_the_back(yaw, offset):
     goal = seats.find_goals(placed(chair(), yaw, offset), "sit")[0]
     assert yaw_gap(frames.direction_yaw(goal.direction), yaw) < np.radians(6)
     local = shapes.turned((goal.position - offset)[None, None], -yaw)[0, 0]
@@ -68,12 +68,12 @@ def test_the_best_place_on_a_chair_is_in_the_middle_with_the_back_behind(yaw, of
     assert local[1] == pytest.approx(0.45 + postures.SEAT_TO_PELVIS, abs=0.01)
 
 
-def test_a_chair_without_arms_is_sat_on_sideways_too_and_one_with_arms_is_not():
+def test_only_chairs_without_arms_have_sideways_goals():
     yaws = lambda piece: [frames.direction_yaw(g.direction) for g in seats.find_goals(piece, "sit")]
     sideways = lambda piece: [y for y in yaws(piece) if abs(abs(y) - np.pi / 2) < 0.3]
     assert len(sideways(chair())) == 2
     assert not sideways(chair(arms=True)) and yaws(chair(arms=True))
-    assert not [y for y in yaws(chair()) if abs(y) > 2.0], "nobody faces the backrest"
+    assert not [y for y in yaws(chair()) if abs(y) > 2.0], "no goal faces the backrest"
 
 
 @pytest.mark.parametrize(
@@ -81,11 +81,11 @@ def test_a_chair_without_arms_is_sat_on_sideways_too_and_one_with_arms_is_not():
     [slab(0.4, 0.12, 0.4), slab(0.5, 1.1, 0.5), slab(0.12, 0.45, 1.0), slab(0.2, 0.45, 0.2)],
     ids=["too low", "too high", "too narrow", "too small"],
 )
-def test_no_goal_where_nobody_can_sit(triangles):
+def test_unsuitable_objects_have_no_goals(triangles):
     assert seats.find_goals(triangles, "sit") == []
 
 
-def test_a_sofa_has_several_places_all_on_the_seat_and_facing_forward():
+def test_a_sofa_has_several_goals_on_its_seat():
     found = seats.find_goals(sofa(1.9), "sit")
     assert len(found) >= 3
     for goal in found:
@@ -97,7 +97,7 @@ def test_a_sofa_has_several_places_all_on_the_seat_and_facing_forward():
     assert np.ptp(xs) > 1.0 and np.diff(xs).min() > 0.25
 
 
-def test_on_a_hollow_bed_people_sit_on_the_edge_with_their_legs_outside():
+def test_goals_on_a_hollow_bed_are_at_its_edge():
     sheet = np.array(
         [[[-0.8, 0.5, -1], [-0.8, 0.5, 1], [0.8, 0.5, 1]], [[-0.8, 0.5, -1], [0.8, 0.5, 1], [0.8, 0.5, -1]]]
     )
@@ -108,7 +108,7 @@ def test_on_a_hollow_bed_people_sit_on_the_edge_with_their_legs_outside():
         assert abs(knees[0]) > 0.78 or abs(knees[2]) > 0.98
 
 
-def test_under_a_board_and_behind_rails_nobody_sits():
+def test_boards_and_rails_obstruct_a_seat():
     seat = slab(0.5, 0.45, 0.5)
     board = shapes.box((-0.5, 0.8, -0.5), (0.5, 0.83, 0.5), 4)
     assert seats.find_goals(seat, "sit")
@@ -119,7 +119,7 @@ def test_under_a_board_and_behind_rails_nobody_sits():
     assert not seats.find_goals(shapes.join([seat, *rails]), "sit")
 
 
-def test_obstacles_of_the_room_close_the_side_they_stand_on():
+def test_obstacles_block_the_side_they_are_on():
     stool, wall = slab(0.4, 0.45, 0.4), shapes.box((-2, 0, 0.3), (2, 2.4, 0.4), 8)
     free = [g.direction for g in seats.find_goals(stool, "sit")]
     closed = [g.direction for g in seats.find_goals(stool, "sit", obstacles=wall)]
@@ -127,7 +127,7 @@ def test_obstacles_of_the_room_close_the_side_they_stand_on():
     assert closed and not any(d[2] > 0.5 for d in closed)
 
 
-def test_goals_are_the_same_for_either_winding_and_for_turned_objects():
+def test_goals_do_not_depend_on_winding_and_yaw():
     base = seats.find_goals(chair(), "sit")
     flipped = seats.find_goals(chair()[:, ::-1], "sit")
     np.testing.assert_allclose([g.position for g in base], [g.position for g in flipped], atol=1e-9)
@@ -136,7 +136,7 @@ def test_goals_are_the_same_for_either_winding_and_for_turned_objects():
         assert len(turned) == len(base)
 
 
-def test_lying_points_from_head_to_feet_with_the_head_at_the_raised_end():
+def test_lie_goals_have_the_head_at_the_raised_end():
     bed = shapes.join([slab(0.95, 0.45, 2.05), shapes.box((-0.48, 0, -1.08), (0.48, 1.0, -1.02), 4)])
     goal = seats.find_goals(bed, "lie")[0]
     assert goal.direction[2] > 0.97
@@ -161,7 +161,7 @@ def test_the_lying_direction_is_the_heading_of_a_body_on_its_back():
     np.testing.assert_allclose(heading, head_to_feet)
 
 
-def test_snapping_keeps_a_good_goal_lifts_a_low_one_and_refuses_one_in_the_air():
+def test_snapping_keeps_good_goals_lifts_low_ones_and_rejects_others():
     best = seats.find_goals(sofa(1.9), "sit")[0]
     kept = seats.snap_goal(sofa(1.9), best)
     np.testing.assert_allclose(kept.position, best.position, atol=0.01)
@@ -178,7 +178,7 @@ def test_snapping_keeps_a_good_goal_lifts_a_low_one_and_refuses_one_in_the_air()
     [np.zeros((0, 3, 3)), np.zeros((3, 3, 3)), np.full((2, 3, 3), np.nan)],
     ids=["empty", "no area", "not numbers"],
 )
-def test_an_object_without_a_surface_is_a_clear_error(triangles):
+def test_objects_without_a_surface_raise_an_error(triangles):
     with pytest.raises(SampError, match="object"):
         seats.find_goals(triangles, "sit")
 
@@ -199,8 +199,8 @@ def test_the_axis_of_a_sheet_without_upright_faces_comes_from_its_outline():
     assert front.dominant_axis(placed(sheet, 0.5)) == pytest.approx(0.5, abs=0.02)
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the furniture library is not here")
-def test_real_furniture_faces_its_front_and_carries_on_its_seat():
+@pytest.mark.skipif(not SHARED.exists(), reason="the furniture library is not available")
+def test_goals_on_real_furniture_face_its_front():
     pieces = [
         p for p in furniture.load(SHARED) if p.category in ("chair", "armchair", "sofa", "office_chair")
     ]
@@ -215,7 +215,7 @@ def test_real_furniture_faces_its_front_and_carries_on_its_seat():
     assert np.mean(fronts) > 0.9
 
 
-def test_a_hundred_thousand_triangles_take_a_moment():
+def test_a_hundred_thousand_triangles_take_less_than_a_second():
     piece = sofa(1.9)
     while len(piece) < 100_000:
         middle = (piece + np.roll(piece, -1, axis=1)) / 2

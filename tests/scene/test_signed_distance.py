@@ -37,7 +37,7 @@ def some_points(count=4000, seed=0):
     return np.random.default_rng(seed).uniform(LOW - 0.11, HIGH + 0.11, (count, 3))
 
 
-def flipped_here_and_there(triangles, seed=1):
+def partly_flipped(triangles, seed=1):
     some = np.random.default_rng(seed).random(len(triangles)) < 0.4
     return np.where(some[:, None, None], triangles[:, ::-1], triangles)
 
@@ -45,7 +45,7 @@ def flipped_here_and_there(triangles, seed=1):
 MESHES = {
     "as modelled": lambda t: t,
     "flipped": lambda t: t[:, ::-1],
-    "half flipped": flipped_here_and_there,
+    "half flipped": partly_flipped,
     "corners not welded": lambda t: t + 1e-7 * np.random.default_rng(0).standard_normal(t.shape),
     "twice": lambda t: np.concatenate([t, t]),
     "a box inside it": lambda t: np.concatenate([t, box([-0.1, 0.1, -0.1], [0.1, 0.3, 0.1])[:, ::-1]]),
@@ -53,7 +53,7 @@ MESHES = {
 
 
 @pytest.mark.parametrize("mesh", MESHES)
-def test_a_box_is_a_box_however_it_is_made(mesh):
+def test_a_box_with_any_mesh_defects(mesh):
     field = signed_distance.cached_field(MESHES[mesh](box()), FREE)
     points, exact = some_points(), box_distance(some_points())
     found, _ = field.at(points)
@@ -65,7 +65,7 @@ def test_a_box_is_a_box_however_it_is_made(mesh):
 
 
 @pytest.mark.parametrize("turn", [1, -1])
-def test_a_ball_is_exact_to_half_a_cell_with_slopes_pointing_out(turn):
+def test_a_ball_is_exact_to_half_a_cell_with_gradients_pointing_out(turn):
     field = signed_distance.cached_field(ball()[:, ::turn], FREE)
     rng = np.random.default_rng(2)
     way = rng.standard_normal((3000, 3))
@@ -88,7 +88,7 @@ def test_an_open_box_is_still_solid(name, turn):
     mesh = mesh[~(np.abs(mesh[:, :, axis] - at) < 1e-9).all(1)][:, ::turn]
     points = some_points()
     exact = box_distance(points)
-    # Behind the hole the distance is to what is left: only the sign is asked for, away from the hole.
+    # Behind the hole the distance refers to the remaining faces: test only the sign, away from the hole.
     away = np.abs(points[:, axis] - at) > 0.1
     found, _ = signed_distance.cached_field(mesh, FREE).at(points[away])
     clear = np.abs(exact[away]) >= CELL
@@ -105,7 +105,7 @@ def test_a_sheet_has_no_inside():
     assert (found >= 0).all()
 
 
-def test_a_thin_table_top_pushes_to_its_nearer_side():
+def test_gradients_in_a_thin_table_top_point_to_its_nearer_side():
     top = box([-0.5, 0.70, -0.5], [0.5, 0.73, 0.5])
     points = np.array([[0.1, 0.707, 0.1], [0.1, 0.723, 0.1]])
     found, slope = signed_distance.cached_field(top, FREE).at(points)
@@ -113,11 +113,11 @@ def test_a_thin_table_top_pushes_to_its_nearer_side():
     assert slope[0, 1] < 0 < slope[1, 1]
 
 
-def test_inside_of_a_room_modelled_as_a_box_is_free():
+def test_the_inside_of_a_room_modelled_as_a_box_is_not_solid():
     room, stool = box([-2, 0, -2], [2, 2.5, 2]), box([0, 0, 0], [0.5, 0.5, 0.5])
-    people = np.random.default_rng(0).uniform([-1.8, 0.1, -1.8], [1.8, 1.8, 1.8], (500, 3))
+    free = np.random.default_rng(0).uniform([-1.8, 0.1, -1.8], [1.8, 1.8, 1.8], (500, 3))
     for turn in (1, -1):
-        field = signed_distance.cached_field(np.concatenate([room[:, ::turn], stool]), people)
+        field = signed_distance.cached_field(np.concatenate([room[:, ::turn], stool]), free)
         found, _ = field.at(
             np.array([[0.25, 0.3, 0.25], [0.25, 0.7, 0.25], [-1.0, 1.0, -1.0], [0.25, 0.55, 0.25]])
         )
@@ -125,7 +125,7 @@ def test_inside_of_a_room_modelled_as_a_box_is_free():
         assert found[3] == pytest.approx(0.05, abs=CELL / 2)
 
 
-def test_blocks_are_kept_until_the_geometry_changes():
+def test_blocks_are_cached_until_the_geometry_changes():
     first = signed_distance.cached_field(box(), FREE)
     first.at(some_points(100))
     before = first.memory
@@ -135,13 +135,13 @@ def test_blocks_are_kept_until_the_geometry_changes():
     assert signed_distance.cached_field(box(high=HIGH + 1e-3), FREE) is not first
 
 
-def test_no_triangles_no_inside():
+def test_a_scene_without_triangles_has_no_inside():
     distance, slope = signed_distance.cached_field(np.zeros((0, 3, 3)), FREE).at(some_points(10))
     np.testing.assert_array_equal(distance, BAND)
     assert not slope.any()
 
 
-def test_orientation_leaves_a_sound_mesh_alone():
+def test_orientation_keeps_consistent_meshes():
     np.testing.assert_array_equal(orientation.orient_outward(box()), box())
     np.testing.assert_array_equal(orientation.orient_outward(box()[:, ::-1]), box())
     sheet = box()[:2]
@@ -149,7 +149,7 @@ def test_orientation_leaves_a_sound_mesh_alone():
 
 
 @pytest.mark.parametrize("floor", [None, 0.0])
-def test_a_crate_on_the_floor_has_no_way_out_through_the_floor(floor):
+def test_the_bottom_of_a_crate_on_the_floor_is_ignored(floor):
     crate = box([-0.3, 0.0, -0.3], [0.3, 0.8, 0.3])
     slab = box([-2, -0.2, -2], [2, 0.0, 2])
     mesh = crate if floor is not None else np.concatenate([crate, slab])

@@ -45,7 +45,7 @@ def test_closest_points_of_degenerate_triangles(degenerate):
     assert np.linalg.norm(found - [min(1.5, degenerate[2][0]), 0, 0]) < 1e-9
 
 
-def test_samples_are_even_by_area_and_repeat_with_their_seed():
+def test_samples_are_uniform_by_area_and_reproducible():
     triangles = np.concatenate([layouts.box((0, 0, 0), (1, 1, 1)), layouts.box((3, 0, 0), (5, 2, 2))])
     points, index = geometry.sample_surface(triangles, 20_000, seed=4)
     assert abs((points[:, 0] > 2).mean() - 0.8) < 0.02
@@ -58,7 +58,7 @@ def test_samples_are_even_by_area_and_repeat_with_their_seed():
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
-def test_grid_is_turned_with_the_object(yaw):
+def test_the_grid_rotates_with_the_object(yaw):
     by = np.array([3.0, 0.5, -2.0])
     grid = InteractionGrid.build(layouts.moved(layouts.box((-1, 0, -0.4), (1, 0.8, 0.4)), yaw, by), yaw)
     np.testing.assert_allclose(grid.size, (2, 0.8, 0.8), atol=1e-9)
@@ -69,7 +69,7 @@ def test_grid_is_turned_with_the_object(yaw):
     np.testing.assert_allclose(grid.occupancy, straight.occupancy, atol=1e-6)
 
 
-def test_occupancy_is_one_less_the_distance_in_cells():
+def test_occupancy_is_one_minus_the_distance_in_cells():
     grid = InteractionGrid.build(layouts.box((0, 0, 0), (1.6, 0.8, 0.8)))
     distance = exact_distance(grid.centres, layouts.box((0, 0, 0), (1.6, 0.8, 0.8)))
     np.testing.assert_allclose(grid.occupancy, np.maximum(0, 1 - distance / 0.2), atol=1e-6)
@@ -85,21 +85,21 @@ def test_occupancy_of_fine_meshes(count):
     assert np.abs(grid.occupancy[some] - exact).max() < 0.01
 
 
-def test_features_are_seen_from_the_root():
+def test_features_are_in_the_root_frame():
     grid = InteractionGrid.build(layouts.sofa((2, 1)), 0.0)
     position, yaw = np.array([2.0, 0.93, -1.0]), 0.4
-    seen = grid.features(position, yaw).reshape(512, 4)
-    np.testing.assert_array_equal(seen[:, 3], grid.occupancy)
+    features = grid.features(position, yaw).reshape(512, 4)
+    np.testing.assert_array_equal(features[:, 3], grid.occupancy)
     forward, left = frames.yaw_direction(yaw), frames.yaw_direction(yaw + np.pi / 2)
     offset = grid.centres - [2, 0, -1]
-    np.testing.assert_allclose(seen[:, 2], offset @ forward, atol=1e-12)
-    np.testing.assert_allclose(seen[:, 0], offset @ left, atol=1e-12)
-    np.testing.assert_allclose(seen[:, 1], grid.centres[:, 1], atol=1e-12)
+    np.testing.assert_allclose(features[:, 2], offset @ forward, atol=1e-12)
+    np.testing.assert_allclose(features[:, 0], offset @ left, atol=1e-12)
+    np.testing.assert_allclose(features[:, 1], grid.centres[:, 1], atol=1e-12)
     upstairs = grid.features(position + [0, 3, 0], yaw, floor=3.0).reshape(512, 4)
     np.testing.assert_allclose(upstairs[:, 1], grid.centres[:, 1] - 3, atol=1e-12)
 
 
-def test_features_of_many_characters_at_once():
+def test_features_of_several_characters():
     grid = InteractionGrid.build(layouts.sofa(), 0.0)
     positions, yaws = np.random.default_rng(0).normal(size=(5, 3)), np.arange(5.0)
     together = grid.features(positions, yaws)
@@ -108,7 +108,7 @@ def test_features_of_many_characters_at_once():
         np.testing.assert_allclose(together[k], grid.features(positions[k], yaws[k]))
 
 
-def test_object_features_do_not_depend_on_where_the_object_stands():
+def test_object_features_do_not_depend_on_the_object_s_placement():
     here = InteractionGrid.build(layouts.sofa(), 0.0).object_features()
     there = InteractionGrid.build(layouts.sofa((5, -3), 1.1), 1.1).object_features()
     np.testing.assert_allclose(here, there, atol=1e-6)
@@ -123,7 +123,7 @@ def test_object_features_do_not_depend_on_where_the_object_stands():
         (np.zeros((3, 3, 3)), "no area"),
     ],
 )
-def test_unusable_objects_are_named(triangles, words):
+def test_unusable_objects_raise_an_error_that_names_them(triangles, words):
     with pytest.raises(SampError, match=words) as error:
         InteractionGrid.build(triangles, 0.0, "Old Sofa")
     assert "Old Sofa" in str(error.value)
@@ -134,7 +134,7 @@ def test_flat_objects_have_a_grid():
     assert np.isfinite(grid.centres).all() and grid.occupancy.max() > 0.99
 
 
-def test_scene_geometry_keeps_objects_apart():
+def test_scene_geometry_selects_objects_by_name():
     scene = geometry.SceneGeometry.from_objects(
         [("Sofa", layouts.sofa()), ("Nothing", np.zeros((0, 3, 3))), ("Table", layouts.table((4, 0)))]
     )
@@ -147,7 +147,7 @@ def test_scene_geometry_keeps_objects_apart():
         geometry.SceneGeometry.from_objects([("Lamp", np.full((1, 3, 3), np.nan))])
 
 
-@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not beside the repository")
+@pytest.mark.skipif(not FURNITURE.exists(), reason="the furniture files are not available")
 @pytest.mark.parametrize("kind", ["armchair", "bed", "chair", "sofa", "stool"])
 def test_real_furniture(kind):
     from samp_blender.training.furniture import library

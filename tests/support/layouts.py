@@ -1,4 +1,4 @@
-"""Floors, stairs, ramps and furniture of boxes and balls, for tests and the benchmark. Metres, Y up."""
+"""Floors, stairs, ramps and furniture of boxes and ellipsoids, for tests and benchmarks. Metres, Y up."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ BOX_FACES = np.array(
 
 
 def box(low, high):
-    """Twelve triangles (12, 3, 3) of an axis-aligned box."""
+    """Return the triangles (12, 3, 3) of an axis-aligned box."""
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
     corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     return (low + corners * (high - low))[BOX_FACES]
 
 
 def moved(triangles, yaw=0.0, by=(0, 0, 0)):
-    """Triangles turned about the vertical (radians) and moved."""
+    """Rotate triangles about the vertical (radians) and move them."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     return triangles @ np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]).T + np.asarray(by, dtype=float)
 
 
 def ball(count, size, centre):
-    """An ellipsoid of about ``count`` triangles; size: its three half axes."""
+    """Return an ellipsoid of about ``count`` triangles. size: its three half axes."""
     rings = max(int(np.sqrt(count / 2)), 4)
     around, down = np.linspace(0, 2 * np.pi, rings + 1), np.linspace(0, np.pi, rings + 1)[:, None]
     points = np.stack(
@@ -38,13 +38,13 @@ def ball(count, size, centre):
 
 
 def floor(width=6.0, depth=6.0, height=0.0, by=(0, 0)):
-    """A slab 10 cm thick whose top is at ``height``."""
+    """Return a slab 10 cm thick whose top is at ``height``."""
     x, z = by
     return box((x - width / 2, height - 0.1, z - depth / 2), (x + width / 2, height, z + depth / 2))
 
 
 def walls(size=8.0):
-    """Four walls around a square room."""
+    """Return four walls around a square room."""
     half = size / 2
     return np.concatenate(
         [
@@ -57,7 +57,7 @@ def walls(size=8.0):
 
 
 def table(by=(0, 0), width=1.6, depth=0.9, height=0.75):
-    """A top on four legs."""
+    """Return a table top on four legs."""
     x, z = by
     legs = [
         box((x + a - 0.03, 0, z + b - 0.03), (x + a + 0.03, height, z + b + 0.03))
@@ -69,14 +69,14 @@ def table(by=(0, 0), width=1.6, depth=0.9, height=0.75):
 
 
 def sofa(by=(0, 0), yaw=0.0, width=1.8):
-    """A seat at 45 cm with a back; yaw 0 faces +Z."""
+    """Return a seat at 45 cm with a back; yaw 0 faces +Z."""
     seat = box((-width / 2, 0.05, -0.4), (width / 2, 0.45, 0.4))
     back = box((-width / 2, 0.45, -0.4), (width / 2, 0.9, -0.25))
     return moved(np.concatenate([seat, back]), yaw, (by[0], 0, by[1]))
 
 
 def stairs(steps=15, rise=0.2, run=0.28, width=1.2, by=(0, 0)):
-    """Solid steps that go up along +Z from the ground."""
+    """Return solid steps that rise along +Z from the ground."""
     x, z = by
     return np.concatenate(
         [
@@ -87,7 +87,7 @@ def stairs(steps=15, rise=0.2, run=0.28, width=1.2, by=(0, 0)):
 
 
 def ramp(degrees, rise=1.5, width=1.5, by=(0, 0)):
-    """A sloping plane that goes up along +Z, with a platform at its top."""
+    """Return a sloping plane that rises along +Z, with a platform at its top."""
     x, z = by
     run = rise / np.tan(np.radians(degrees))
     a, b = np.array((x - width / 2, 0, z)), np.array((x + width / 2, 0, z))
@@ -98,7 +98,7 @@ def ramp(degrees, rise=1.5, width=1.5, by=(0, 0)):
 
 
 def furnished(seed=0, pieces=12, triangles=90_000, size=8.0):
-    """A closed room with turned sofas and round things, of about so many triangles, seeded."""
+    """Return a closed room with sofas at random yaws and ellipsoids, of about so many triangles."""
     rng = np.random.default_rng(seed)
     half = size / 2
     parts = [floor(size, size), walls(size), box((-half, WALL, -half), (half, WALL + 0.1, half))]

@@ -1,6 +1,6 @@
-"""Rooms of boxes: a seat turned any way, five obstacles around it, and a start behind one of them.
+"""Rooms of boxes: a seat at a random yaw, five obstacles around it, and a start behind one of them.
 
-Network frame, metres, Y up. The pieces keep 0.8 m between each other, so that a way always exists.
+Network frame, metres, Y up. Pieces are at least 0.8 m apart, so that a path always exists.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ GAP = 0.8
 
 
 def box(low, high):
-    """Twelve outward triangles (12, 3, 3) of a box."""
+    """Return the outward-facing triangles (12, 3, 3) of a box."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     quads = [
         [(x0, y0, z0), (x0, y0, z1), (x0, y1, z1), (x0, y1, z0)],
@@ -29,7 +29,7 @@ def box(low, high):
 
 
 def chair(rng):
-    """A seat on legs with a back; faces +Z."""
+    """Return the boxes of a seat on legs with a back; faces +Z."""
     w, d, h = rng.uniform(0.42, 0.52), rng.uniform(0.42, 0.5), rng.uniform(0.42, 0.48)
     boxes = [((-w / 2, h - 0.05, -d / 2), (w / 2, h, d / 2))]
     boxes += [((-w / 2, h, -d / 2), (w / 2, h + 0.45, -d / 2 + 0.04))]
@@ -40,7 +40,7 @@ def chair(rng):
 
 
 def sofa(rng):
-    """With arms and a back; faces +Z."""
+    """Return the boxes of a sofa with arms and a back; faces +Z."""
     w, d, h = rng.uniform(1.4, 2.1), rng.uniform(0.8, 0.95), rng.uniform(0.40, 0.46)
     return [
         ((-w / 2, 0.06, -d / 2), (w / 2, h, d / 2)),
@@ -51,7 +51,7 @@ def sofa(rng):
 
 
 def armchair(rng):
-    """One place with arms; faces +Z."""
+    """Return the boxes of an armchair; faces +Z."""
     w, d, h = rng.uniform(0.8, 0.95), rng.uniform(0.75, 0.9), rng.uniform(0.38, 0.44)
     return [
         ((-w / 2, 0.05, -d / 2), (w / 2, h, d / 2)),
@@ -95,14 +95,14 @@ OBSTACLES = (table, cabinet, crate)
 
 
 def turned(points, yaw):
-    """Points (..., 3) turned about the vertical."""
+    """Rotate points (..., 3) about the vertical; yaw in radians."""
     c, s = np.cos(yaw), np.sin(yaw)
     return points @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T
 
 
 @dataclass(frozen=True)
 class Piece:
-    """boxes: (low, high) corners around the origin. at: (x, z); yaw: radians."""
+    """A piece of furniture. boxes: (low, high) corners around the origin. at: (x, z), metres. yaw: radians."""
 
     name: str
     boxes: list
@@ -116,19 +116,19 @@ class Piece:
 
     @property
     def half(self):
-        """Half the footprint (2,) along its own axes; pieces are built around the origin."""
+        """Half sizes (2,) of the footprint along its own axes; pieces are centred at the origin."""
         corners = np.array(self.boxes).reshape(-1, 3)
         return np.abs(corners[:, [0, 2]]).max(0)
 
     def covers(self, points, margin=0.0):
-        """Flags (N,) of points (N, 3) over the footprint."""
+        """Flag the points (N, 3) over the footprint."""
         local = turned(points - [self.at[0], 0, self.at[1]], -self.yaw)
         return (np.abs(local[:, [0, 2]]) <= self.half + margin).all(-1)
 
 
 @dataclass(frozen=True)
 class Room:
-    """pieces: the target first. start: (3,) on the floor; start_yaw: radians."""
+    """A room. pieces: the target first. start: (3,) on the floor, metres. start_yaw: radians."""
 
     pieces: list
     start: np.ndarray
@@ -147,7 +147,7 @@ class Room:
         return np.concatenate([self.floor, *(piece.triangles for piece in self.pieces)])
 
     def crossings(self, waypoints):
-        """Names of the pieces over whose footprint the way (N, 3) leads."""
+        """Return the names of the pieces whose footprints the path (N, 3) crosses."""
         waypoints = np.asarray(waypoints, float)
         parts = [np.linspace(a, b, 200) for a, b in zip(waypoints[:-1], waypoints[1:], strict=True)]
         points = np.concatenate(parts) if parts else waypoints
@@ -155,7 +155,7 @@ class Room:
 
 
 def random_room(seed, target=None):
-    """A room by its seed; target: one of SEATS, or by the seed as well."""
+    """Return the room of a seed. target: one of SEATS; random if left out."""
     rng = np.random.default_rng(seed)
     make = target or SEATS[int(rng.integers(len(SEATS)))]
     yaw = float(rng.uniform(-np.pi, np.pi))
@@ -187,7 +187,7 @@ def _apart(piece, others):
 
 
 def _start_behind_an_obstacle(seat, rng):
-    """An obstacle, and a start from which it stands in the straight way to the seat."""
+    """Return an obstacle and a start from which it blocks the straight line to the seat, or None."""
     front = frames.yaw_direction(seat.yaw)[[0, 2]]
     goal = seat.at + front * 0.6
     piece = _obstacle(1, rng)
@@ -203,21 +203,21 @@ def _start_behind_an_obstacle(seat, rng):
 
 
 def _scattered(placed, start, rng):
-    """Four more obstacles, apart from all else, the start and the room before the seat."""
-    seat, made = placed[0], []
+    """Return four more obstacles, away from other pieces, the start and the space in front of the seat, or None."""
+    seat, obstacles = placed[0], []
     ahead = seat.at + frames.yaw_direction(seat.yaw)[[0, 2]] * (seat.half[1] + 0.6)
     for _ in range(400):
-        piece = _obstacle(len(made) + 2, rng)
+        piece = _obstacle(len(obstacles) + 2, rng)
         clear = min(np.linalg.norm(piece.at - start[[0, 2]]), np.linalg.norm(piece.at - ahead))
-        if clear > _radius(piece) + 0.6 and _apart(piece, placed + made):
-            made.append(piece)
-        if len(made) == 4:
-            return made
+        if clear > _radius(piece) + 0.6 and _apart(piece, placed + obstacles):
+            obstacles.append(piece)
+        if len(obstacles) == 4:
+            return obstacles
     return None
 
 
 def to_blender(room, scene):
-    """The room as objects of a scene, and its start as the batch's numbers (x, y, z, yaw in degrees)."""
+    """Add the room's objects to a scene; return the start as in the batch (x, y, z, yaw in degrees)."""
     import bpy
 
     for name, triangles in [("Floor", room.floor)] + [(p.name, p.triangles) for p in room.pieces]:

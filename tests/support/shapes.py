@@ -1,4 +1,4 @@
-"""Meshes for tests."""
+"""Simple meshes for tests."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def box(low, high):
-    """Triangles (12, 3, 3) of a box."""
+    """Return the triangles (12, 3, 3) of a box."""
     corners = np.array(
         [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
     )

@@ -109,13 +109,13 @@ class SignedDistance:
         wanted = np.stack(np.unravel_index(flat, self._shape), -1)
         _, tile = np.unique(wanted // TILE, axis=0, return_inverse=True)
         tile = tile.reshape(-1)
-        made = []
+        values = []
         for number in range(int(tile.max()) + 1):
-            made.append(self._tile(wanted[tile == number]))
+            values.append(self._tile(wanted[tile == number]))
         first = len(self._values)
         order = np.concatenate([np.flatnonzero(tile == number) for number in range(int(tile.max()) + 1)])
         self._number.reshape(-1)[flat[order]] = first + np.arange(len(flat))
-        self._values = np.concatenate([self._values, *made])
+        self._values = np.concatenate([self._values, *values])
 
     def _tile(self, blocks: np.ndarray) -> np.ndarray:
         """Compute values (N, 9, 9, 9) of blocks (N, 3) of one tile."""

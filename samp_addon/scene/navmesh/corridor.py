@@ -1,4 +1,4 @@
-"""A* over the navmesh's convex polygons: through which portals a way leads (SAMP paper, appendix E)."""
+"""A* search over the convex polygons of the navmesh (SAMP, appendix E)."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from .navmesh import NavMesh
 
 SPACING = 0.25
-"""Metres between the points of a portal through which the search may pass."""
+"""Metres between the points on a portal that the search considers."""
 ROUGH_COST = 10.0
-"""A metre over stepped ground costs as much as this many over even ground: round the toy box, not over it."""
+"""Cost of a metre over rough ground relative to even ground: paths go round a toy box, not over it."""
 
 
 @dataclass(frozen=True)
 class _States:
-    """Points in portals together with the polygon that is entered there.
+    """Search states: points on portals, each with the polygon that is entered there.
 
-    points: (S, 3) metres. portal, entered: (S,) numbers. leaving: for each polygon the states that leave it.
+    points: (S, 3) metres. portal, entered: (S,) indices. leaving: for each polygon the states that leave it.
     """
 
     points: np.ndarray
@@ -29,9 +29,9 @@ class _States:
 
 
 def search(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, first: int, last: int) -> list[int] | None:
-    """Portals of a short way from start (3,) in polygon ``first`` to goal (3,) in ``last``; None if cut off.
+    """Return the portals of a short path from start (3,) in polygon ``first`` to goal (3,) in ``last``, or None.
 
-    Lengths are measured through points in the portals: a little more than the tightened path will have.
+    Lengths are measured through points on the portals, which is slightly more than the final path has.
     """
     if first == last:
         return []
@@ -70,19 +70,19 @@ def search(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, first: int, last:
 
 
 def _trace_back(states: _States, parent: np.ndarray, state: int) -> list[int]:
-    way = []
+    portals = []
     while state >= 0:
-        way.append(int(states.portal[state]))
+        portals.append(int(states.portal[state]))
         state = int(parent[state])
-    return way[::-1]
+    return portals[::-1]
 
 
 def _states(mesh: NavMesh) -> _States:
     ends, pieces = mesh.portals.ends, mesh.portals.pieces
     steps = np.ceil(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / SPACING).astype(int)
     portal = np.repeat(np.arange(len(ends)), steps + 1)
-    place = np.arange(len(portal)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
-    share = (place / np.maximum(steps, 1)[portal])[:, None]
+    step = np.arange(len(portal)) - np.repeat(np.cumsum(steps + 1) - steps - 1, steps + 1)
+    share = (step / np.maximum(steps, 1)[portal])[:, None]
     points = ends[portal, 0] * (1 - share) + ends[portal, 1] * share
     left = np.concatenate([pieces[portal, 0], pieces[portal, 1]])
     entered = np.concatenate([pieces[portal, 1], pieces[portal, 0]])

@@ -1,4 +1,4 @@
-"""String pulling: the shortest line through a row of portals (the funnel algorithm), seen from above."""
+"""String pulling: the shortest polyline through a sequence of portals (funnel algorithm), in the ground plane."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 def pull(start: np.ndarray, goal: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Corners (K, 2) of the shortest line from start (2,) to goal (2,) through portals left, right (Q, 2).
+    """Return corners (K, 2) of the shortest polyline from start (2,) to goal (2,) through portals left, right (Q, 2).
 
-    Left is the side to which a turn from the first axis to the second goes; ``left_and_right`` tells which.
-    Start and goal are the first and last corner.
+    Left is the side of positive rotation, from the first axis to the second; see `left_and_right`. Start and goal are
+    the first and last corner.
     """
     lefts, rights = [*left.tolist(), goal.tolist()], [*right.tolist(), goal.tolist()]
     corners = [start.tolist()]
@@ -41,14 +41,14 @@ def pull(start: np.ndarray, goal: np.ndarray, left: np.ndarray, right: np.ndarra
 
 
 def left_and_right(ends: np.ndarray, forward: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends (Q, 2, 2) of portals as left and right (Q, 2) of someone who walks along forward (Q, 2)."""
+    """Sort the ends (Q, 2, 2) of portals into left and right (Q, 2) with respect to directions forward (Q, 2)."""
     across = ends[:, 1] - ends[:, 0]
     swap = (forward[:, 0] * across[:, 1] - forward[:, 1] * across[:, 0] > 0)[:, None]
     return np.where(swap, ends[:, 1], ends[:, 0]), np.where(swap, ends[:, 0], ends[:, 1])
 
 
 def _turn(a: list[float], b: list[float], c: list[float]) -> float:
-    """Twice the signed area of a, b, c; positive when c lies to the left of a to b."""
+    """Return twice the signed area of a, b, c; positive if c is to the left of the line from a to b."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 

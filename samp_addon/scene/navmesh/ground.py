@@ -1,4 +1,4 @@
-"""Standing places joined to ground: which neighbours each leads to, and how far away obstacles are."""
+"""The ground: standing places with links to their neighbours and their clearance from obstacles."""
 
 from __future__ import annotations
 
@@ -11,27 +11,28 @@ from scipy.sparse import csgraph
 from .heightfield import Grid, Places
 
 DIRECTIONS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
-"""Columns (x, z) to the four neighbours; direction d + 2 is the way back."""
+"""Offsets in columns (x, z) of the four neighbours; direction d + 2 is opposite to d."""
 ABRUPT = 0.07
-"""Metres. A higher step between two cells is climbed, not walked over: such ground costs more."""
+"""Metres. A higher step between two cells is a climb, and such ground costs more."""
 LARGEST_TOP = 8.0
-"""Square metres. A larger raised part of the ground is a stage or a storey, not a bed or a table."""
+"""Square metres. A larger raised area is a stage or a storey, not a bed or a table."""
 STEEP = 0.12
-"""Metres. Ground that rises so much over six cells costs more as well: the round edge of a futon, a steep ramp."""
+"""Metres. Ground that rises by more over six cells costs more as well: the round edge of a futon, a steep ramp."""
 TOP, LOOK_AROUND = 0.08, 0.6
-"""Metres by which a low piece of furniture rises over the ground within so many metres around it."""
+"""Metres: least height of low furniture over the ground around it, and the radius in which that ground is searched."""
 STEP_MARGIN = 0.01
-"""Metres. Stairs drawn exactly as high as the character's step stay passable."""
+"""Metres. Tolerance that keeps stairs exactly as high as the character's step passable."""
 
 
 @dataclass(frozen=True)
 class Ground:
-    """places: the N standing places. index: (layers, X, Z) their numbers by column, -1 where there is none.
+    """Standing places and how they are connected.
 
+    places: the N standing places. index: (layers, X, Z) their indices by column, -1 where there is none.
     links: (4, N) the neighbour in each of DIRECTIONS that can be stepped to, or -1.
-    clearance: (N,) metres from the middle of the place to the nearest obstacle or edge, up to some reach.
-    rough: (N,) on steep ground, close to an abrupt step, or on a low thing that one steps onto. smooth: (4, N) the
-    links without such a step.
+    smooth: (4, N) the links without an abrupt step. clearance: (N,) metres from the centre of the place to the nearest
+    obstacle or edge, up to some reach. rough: (N,) flags of places on steep ground, near an abrupt step, or on low
+    furniture.
     """
 
     grid: Grid
@@ -43,13 +44,13 @@ class Ground:
     rough: np.ndarray
 
     def points(self, numbers: np.ndarray) -> np.ndarray:
-        """Middles (..., 3) of places on the ground, metres, network frame."""
+        """Return centres (..., 3) of places on the ground, metres, network frame."""
         x = self.grid.corner[0] + (self.places.x[numbers] + 0.5) * self.grid.cell
         z = self.grid.corner[2] + (self.places.z[numbers] + 0.5) * self.grid.cell
         return np.stack([x, self.places.height[numbers], z], axis=-1)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """The places (...) in the columns of points (..., 3), nearest in height; -1 without one."""
+        """Return the places (...) nearest in height in the columns of points (..., 3), or -1."""
         x = np.floor((points[..., 0] - self.grid.corner[0]) / self.grid.cell).astype(int)
         z = np.floor((points[..., 2] - self.grid.corner[2]) / self.grid.cell).astype(int)
         inside = (x >= 0) & (z >= 0) & (x < self.grid.shape[0]) & (z < self.grid.shape[1])
@@ -62,8 +63,12 @@ class Ground:
 def build(
     grid: Grid, places: Places, step: float, headroom: float, slope: float, radius: float, reach: float
 ) -> Ground:
-    """The ground for steps up to ``step`` metres; clearance is measured up to ``reach`` metres."""
-    # The outermost columns have no neighbours to be asked about.
+    """Connect standing places to a ground.
+
+    step: largest step, metres. headroom: free height, metres. slope: steepest even ground, radians. radius: of the
+    character, metres; ground so close to an abrupt step is rough. reach: metres up to which clearance is measured.
+    """
+    # The outermost columns lack neighbours.
     x, z = places.x, places.z
     inner = np.flatnonzero((x > 0) & (z > 0) & (x < grid.shape[0] - 1) & (z < grid.shape[1] - 1))
     places = Places(*(array[inner] for array in vars(places).values()))
@@ -97,9 +102,9 @@ def _by_column(grid: Grid, places: Places) -> np.ndarray:
 def _neighbours(
     places: Places, index: np.ndarray, direction: np.ndarray, step: float, headroom: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of places one step apart in a direction, and the rise (metres) between them."""
+    """Return pairs of places one step apart in a direction, and the height difference (metres) of each pair."""
     sources, targets = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    # Layers of one column lie at least the headroom apart, so that at most one of them is within a step.
+    # Layers of a column are at least the headroom apart, so that at most one of them is within a step.
     for layer in index:
         target = layer[places.x + direction[0], places.z + direction[1]]
         source = np.flatnonzero(target >= 0)
@@ -115,34 +120,34 @@ def _neighbours(
 
 
 def _clearance(links: np.ndarray, reach: int) -> np.ndarray:
-    """Distance (N,), in cells, from each place to the near side of the closest column it cannot step to.
+    """Compute the distance (N,), in cells, from each place to the near side of the closest blocked column.
 
-    Each place hands the offset of its closest blocked column on to its neighbours, so that the distance is
-    measured along the ground: what stands on another storey does not count.
+    Each place propagates the offset of its closest blocked column to its neighbours. The distance is thus measured
+    along the ground, and obstacles on other storeys have no effect.
     """
     offset = _adjacent_blocked_columns(links)
     distance = np.hypot(*offset)
     changed = np.flatnonzero(np.isfinite(distance))
     for _ in range(reach):
-        touched = []
+        updated = []
         for direction in range(4):
-            # The neighbour sees what this place sees, shifted by the way back.
+            # The offset as seen from the neighbour.
             target = links[direction, changed]
             source, target = changed[target >= 0], target[target >= 0]
-            seen = offset[:, source] - DIRECTIONS[direction][:, None]
-            length = np.hypot(*seen)
+            shifted = offset[:, source] - DIRECTIONS[direction][:, None]
+            length = np.hypot(*shifted)
             closer = length < distance[target] - 1e-6
             target = target[closer]
-            offset[:, target], distance[target] = seen[:, closer], length[closer]
-            touched.append(target)
-        changed = np.unique(np.concatenate(touched))
+            offset[:, target], distance[target] = shifted[:, closer], length[closer]
+            updated.append(target)
+        changed = np.unique(np.concatenate(updated))
         if len(changed) == 0:
             break
     return np.minimum(distance, reach) - 0.5
 
 
 def _adjacent_blocked_columns(links: np.ndarray) -> np.ndarray:
-    """Offsets (2, N), in columns, to a blocked column beside each place; infinite without one."""
+    """Return offsets (2, N), in columns, to an adjacent blocked column of each place; infinite without one."""
     offset = np.full((2, links.shape[1]), np.inf)
     for direction in range(4):
         following = (direction + 1) % 4
@@ -156,7 +161,7 @@ def _adjacent_blocked_columns(links: np.ndarray) -> np.ndarray:
 
 
 def _dilate(links: np.ndarray, flags: np.ndarray, rounds: int) -> np.ndarray:
-    """The flagged places (N,) and those within so many steps of them."""
+    """Flag the places (N,) within ``rounds`` steps of flagged ones."""
     flags = flags.copy()
     changed = np.flatnonzero(flags)
     for _ in range(rounds):
@@ -170,9 +175,10 @@ def _dilate(links: np.ndarray, flags: np.ndarray, rounds: int) -> np.ndarray:
 def _low_tops(
     places: Places, links: np.ndarray, smooth: np.ndarray, uneven: np.ndarray, cell: float
 ) -> np.ndarray:
-    """Flags (N,): places on something no larger than furniture that rises a step over the ground around it.
+    """Flag the places (N,) on top of low furniture, such as a futon, whose round edges can be walked up.
 
-    Such as a futon, whose round edges one can walk up. uneven: (N,) flags of the places that lie on no level part.
+    Its level top is no larger than LARGEST_TOP and at least TOP over the ground around it. uneven: (N,) flags of the
+    places that are not on level ground.
     """
     label = connected(len(places), pairs(smooth, ~uneven))
     count = np.bincount(label)
@@ -183,7 +189,7 @@ def _low_tops(
     number = np.full(len(places) + 1, -1)
     number[near] = np.arange(len(near))
     low, high = _around(number[links[:, near]], places.height[near], rounds)
-    # Of the level part as a whole, which may be wider than one looks around.
+    # For each level part as a whole, which may be larger than the search radius.
     lowest, highest = np.full((2, len(count)), [[np.inf], [-np.inf]])
     np.minimum.at(lowest, label[near], low)
     np.maximum.at(highest, label[near], high)
@@ -191,17 +197,17 @@ def _low_tops(
 
 
 def _around(links: np.ndarray, height: np.ndarray, rounds: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest ground (N,) within so many steps of each place."""
-    beside = [np.where(target >= 0, target, np.arange(len(height))) for target in links]
+    """Return the lowest and highest ground (N,) within ``rounds`` steps of each place."""
+    neighbours = [np.where(target >= 0, target, np.arange(len(height))) for target in links]
     low, high = height, height
     for _ in range(rounds):
-        low = np.minimum.reduce([low, *(low[there] for there in beside)])
-        high = np.maximum.reduce([high, *(high[there] for there in beside)])
+        low = np.minimum.reduce([low, *(low[there] for there in neighbours)])
+        high = np.maximum.reduce([high, *(high[there] for there in neighbours)])
     return low, high
 
 
 def pairs(links: np.ndarray, chosen: np.ndarray | None = None) -> np.ndarray:
-    """Pairs (K, 2) of places, both among the chosen (N,) flags, that links (4, N) lead between."""
+    """Return the pairs (K, 2) of places that links (4, N) connect; chosen: (N,) flags of the places to consider."""
     found = []
     for target in links[:2]:
         here = np.flatnonzero(target >= 0)
@@ -212,6 +218,6 @@ def pairs(links: np.ndarray, chosen: np.ndarray | None = None) -> np.ndarray:
 
 
 def connected(count: int, joined: np.ndarray) -> np.ndarray:
-    """Labels (count,) of the parts that pairs (K, 2) connect."""
+    """Label the components (count,) of a graph with edges ``joined`` (K, 2)."""
     links = sparse.coo_matrix((np.ones(len(joined), dtype=bool), tuple(joined.T)), shape=(count, count))
     return csgraph.connected_components(links, directed=False)[1]

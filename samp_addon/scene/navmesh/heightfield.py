@@ -1,4 +1,4 @@
-"""Triangles to columns of solid cells, and the places in each column on which a character can stand.
+"""Rasterise triangles to columns of solid cells, and find the places in each column where a character can stand.
 
 Network frame, metres.
 """
@@ -13,16 +13,19 @@ from .. import geometry
 from . import lattice
 
 DENSEST_GRID = 64_000_000
-"""Cells up to which solid cells are marked in one array; beyond that they are sorted."""
+"""Cells of the largest grid that is processed as one dense array; larger ones are sorted instead."""
 BUMP = 0.05
-"""Metres. A steep place this little above walkable ground (a carpet's pile) does not stop a foot."""
+"""Metres. Steep surfaces this close above walkable ground (a carpet's pile) do not block it."""
 OPEN_SKY = 1 << 30
-"""Level of the ceiling where there is none."""
+"""Ceiling level of columns without a ceiling."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """corner: (3,) lowest, metres. cell, level: a cell's side and height, metres. shape: columns in x, z."""
+    """A grid of columns.
+
+    corner: (3,) lowest corner, metres. cell, level: side and height of a cell, metres. shape: columns along x and z.
+    """
 
     corner: np.ndarray
     cell: float
@@ -31,15 +34,15 @@ class Grid:
 
     @classmethod
     def over(cls, low: np.ndarray, high: np.ndarray, cell: float) -> Grid:
-        """A grid that holds the box from low (3,) to high (3,), with a free column around it."""
+        """Return a grid that contains the box from low (3,) to high (3,), with a margin of one column."""
         level = cell / 2
-        # Odd offsets: floors and walls at round coordinates lie inside cells, not on their borders.
+        # Irregular offsets keep floors and walls at round coordinates inside cells, off their borders.
         corner = np.array([low[0] - 1.37 * cell, low[1] - level / 2, low[2] - 1.37 * cell])
         shape = np.ceil((high - corner)[[0, 2]] / cell).astype(int) + 1
         return cls(corner, cell, level, (int(shape[0]), int(shape[1])))
 
     def widened(self, low: np.ndarray, high: np.ndarray) -> Grid:
-        """The same cells and more of them, as far as the box from low to high (3,) asks."""
+        """Return the grid extended by whole cells to contain the box from low to high (3,)."""
         wanted = Grid.over(low, high, self.cell)
         before = np.maximum(np.ceil((self.corner - wanted.corner)[[0, 2]] / self.cell), 0)
         corner = self.corner - np.array([before[0], 0, before[1]]) * self.cell
@@ -52,7 +55,8 @@ class Grid:
 class Solid:
     """The cells that surfaces pass through, sorted by column and level.
 
-    column, level: (S,). height: (S,) metres, of a point of the surface. flat: (S,) no steeper than the slope.
+    column, level: (S,) indices. height: (S,) of a surface point in the cell, metres. flat: (S,) flags of surfaces no
+    steeper than the slope.
     """
 
     column: np.ndarray
@@ -61,7 +65,7 @@ class Solid:
     flat: np.ndarray
 
     def moved(self, before: Grid, after: Grid) -> Solid:
-        """The same cells, numbered as in a grid that is wider."""
+        """Return the same cells with the indices of an extended grid."""
         x, z = np.divmod(self.column, before.shape[1])
         skipped = np.rint((before.corner - after.corner)[[0, 2]] / before.cell).astype(np.int64)
         return replace(self, column=(x + skipped[0]) * after.shape[1] + z + skipped[1])
@@ -69,9 +73,9 @@ class Solid:
 
 @dataclass(frozen=True)
 class Places:
-    """Where a character can stand, sorted by column and level.
+    """Places where a character can stand, sorted by column and level.
 
-    x, z: (N,) columns. level: (N,), of the ground. ceiling: (N,) level of what is above. height: (N,) metres.
+    x, z: (N,) columns. level: (N,) of the ground. ceiling: (N,) level of the solid cell above. height: (N,) metres.
     """
 
     x: np.ndarray
@@ -85,9 +89,9 @@ class Places:
 
 
 def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
-    """The cells through which triangles (F, 3, 3) pass; ``slope`` is the steepest ground, radians."""
+    """Return the cells that triangles (F, 3, 3) pass through. slope: of the steepest walkable ground, radians."""
     vectors = geometry.area_vectors(triangles)
-    # Either side may be up: artists' normals cannot be relied on.
+    # Either side may face up: the normals of artists' meshes are unreliable.
     even = np.square(vectors[:, 1]) >= np.cos(slope) ** 2 * np.einsum("fi,fi->f", vectors, vectors)
     points, owner = lattice.sample_triangles(triangles, grid.cell * 0.7)
     x, y, z = points.T
@@ -105,10 +109,10 @@ def _distinct(
     key = column * levels + level
     size = grid.shape[0] * grid.shape[1] * levels
     if size <= DENSEST_GRID:
-        # Numbers from one: an array of zeros costs memory only where it is written.
+        # Indices start at one: memory of a zeroed array is allocated only where it is written.
         point = np.zeros(size, dtype=np.int32)
         point[key] = np.arange(1, len(key) + 1)
-        # Walkable ground counts before a chair's leg that ends in the same cell.
+        # Walkable ground takes precedence over a chair leg that ends in the same cell.
         even = np.flatnonzero(flat)
         point[key[even]] = even + 1
         cells = np.flatnonzero(point)
@@ -122,7 +126,7 @@ def _distinct(
 
 
 def with_ground(solid: Solid, grid: Grid, height: float) -> Solid:
-    """The solid cells and, in every column, level ground at ``height`` metres."""
+    """Return the solid cells with level ground at ``height`` metres added in every column."""
     count = grid.shape[0] * grid.shape[1]
     level = np.full(count, int((height - grid.corner[1]) / grid.level))
     return _distinct(
@@ -135,22 +139,22 @@ def with_ground(solid: Solid, grid: Grid, height: float) -> Solid:
 
 
 def standing_places(solid: Solid, grid: Grid, headroom: float) -> Places:
-    """Places on even ground with ``headroom`` metres of free cells above."""
+    """Return the places on even ground with more than ``headroom`` metres of free cells above."""
     if len(solid.column) == 0:
         return Places(*np.zeros((4, 0), dtype=np.int64), np.zeros(0))
     same = np.append(solid.column[1:] == solid.column[:-1], False)
     ceiling = np.where(same, np.append(solid.level[1:], 0), OPEN_SKY)
     free = np.flatnonzero(ceiling - solid.level > headroom / grid.level)
     even = _even(solid, grid)
-    doubtful = free[~even[free]]
-    even[doubtful] = _beside_even(solid, even, doubtful, grid)
+    steep = free[~even[free]]
+    even[steep] = _next_to_even(solid, even, steep, grid)
     found = free[even[free]]
     x, z = np.divmod(solid.column[found], grid.shape[1])
     return Places(x, z, solid.level[found], ceiling[found], solid.height[found])
 
 
 def _even(solid: Solid, grid: Grid) -> np.ndarray:
-    """Flags (S,): even ground, or a bump of less than ``BUMP`` over it in the same column."""
+    """Flag the cells (S,) that are even ground, or less than BUMP above it in the same column."""
     even = solid.flat.copy()
     for back in range(1, int(BUMP / grid.level) + 1):
         near = solid.level[back:] - solid.level[:-back] <= BUMP / grid.level
@@ -158,17 +162,17 @@ def _even(solid: Solid, grid: Grid) -> np.ndarray:
     return even
 
 
-def _beside_even(solid: Solid, even: np.ndarray, chosen: np.ndarray, grid: Grid) -> np.ndarray:
-    """Flags (K,): even ground of the same height lies beside the chosen cells (K,).
+def _next_to_even(solid: Solid, even: np.ndarray, chosen: np.ndarray, grid: Grid) -> np.ndarray:
+    """Flag those of the chosen cells (K,) that are adjacent to even ground of the same height.
 
-    At the edge of a stair the tread may cover so little of a column that only its riser was met there.
+    At the edge of a stair, the tread may cover so little of a column that only the riser was sampled there.
     """
     span = int(solid.level.max()) + 3
     known = (solid.column * span + solid.level)[even]
     found = np.zeros(len(chosen), dtype=bool)
-    for beside in (1, -1, grid.shape[1], -grid.shape[1]):
-        for above in (0, 1, -1):
-            key = (solid.column[chosen] + beside) * span + solid.level[chosen] + above
+    for side in (1, -1, grid.shape[1], -grid.shape[1]):
+        for step in (0, 1, -1):
+            key = (solid.column[chosen] + side) * span + solid.level[chosen] + step
             at = np.searchsorted(known, key)
             found |= known[np.minimum(at, len(known) - 1)] == key if len(known) else False
     return found

@@ -1,4 +1,4 @@
-"""Connected parts of the ground, and which of them are only the tops of furniture."""
+"""Removal of ground that is too small, or only the top of furniture."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 from .ground import DIRECTIONS, LARGEST_TOP, Ground, connected, pairs
 
 SMALLEST = 0.3
-"""Square metres of walkable ground. Smaller parts are dropped."""
+"""Square metres. Smaller connected parts of the walkable ground are removed."""
 HIGHEST_TOP = 1.6
-"""Metres. What is higher over the ground beside it is no furniture that one could mistake for floor."""
+"""Metres over the adjacent ground, above which a part is not considered furniture."""
 OPEN_EDGE = 0.05
-"""Share of a part's edge from which one looks down onto ground, beyond which it counts as furniture."""
+"""A part counts as furniture if lower ground is adjacent to more than this share of its edge."""
 LOOK = 3
-"""Columns beyond the edge in which lower ground is looked for."""
+"""Columns beyond the edge that are searched for lower ground."""
 
 
 def prune(ground: Ground, walkable: np.ndarray, step: float) -> np.ndarray:
-    """The walkable places (N,) flags less small parts and furniture's tops; the largest part stays."""
+    """Remove small parts and tops of furniture from the walkable places (N,) flags; the largest part is kept."""
     chosen = pairs(ground.links, walkable)
     label = connected(len(walkable), chosen)
     size = np.bincount(label[walkable], minlength=int(label.max(initial=0)) + 1)
@@ -29,21 +29,21 @@ def prune(ground: Ground, walkable: np.ndarray, step: float) -> np.ndarray:
 
 
 def _furniture_tops(ground: Ground, step: float) -> np.ndarray:
-    """Flags (N,): places on a part that nothing leads onto and that rises over the ground beside it."""
+    """Flag the places (N,) on small parts that rise over the adjacent ground without a way up."""
     label = connected(len(ground.places), pairs(ground.links))
-    edge, above = np.zeros((2, len(ground.places)), dtype=int)
+    edge, open_edge = np.zeros((2, len(ground.places)), dtype=int)
     for direction in range(4):
         here = np.flatnonzero(ground.links[direction] < 0)
         edge[here] += 1
-        above[here] += _looks_down(ground, here, DIRECTIONS[direction], step)
+        open_edge[here] += _has_lower_ground(ground, here, DIRECTIONS[direction], step)
     parts = int(label.max(initial=0)) + 1
     area = np.bincount(label, minlength=parts) * ground.grid.cell**2
-    edges, downs = np.bincount(label, edge, parts), np.bincount(label, above, parts)
-    return ((area <= LARGEST_TOP) & (downs > OPEN_EDGE * edges))[label]
+    edges, open_edges = np.bincount(label, edge, parts), np.bincount(label, open_edge, parts)
+    return ((area <= LARGEST_TOP) & (open_edges > OPEN_EDGE * edges))[label]
 
 
-def _looks_down(ground: Ground, here: np.ndarray, direction: np.ndarray, step: float) -> np.ndarray:
-    """Flags (K,): ground lies a few columns away from places (K,), lower by a furniture's height."""
+def _has_lower_ground(ground: Ground, here: np.ndarray, direction: np.ndarray, step: float) -> np.ndarray:
+    """Flag the places (K,) with ground a few columns away that is lower, by ``step`` to HIGHEST_TOP."""
     found = np.zeros(len(here), dtype=bool)
     places, shape = ground.places, ground.grid.shape
     for columns in range(1, LOOK + 1):

@@ -1,6 +1,6 @@
-"""Points on triangles, close enough together that no cell of a grid is missed.
+"""Points on triangles, dense enough that no cell of a grid is missed.
 
-A lattice on each triangle takes the place of exact clipping: rows along the longest edge, ``spacing`` apart.
+Instead of exact clipping, each triangle is covered by a lattice: rows parallel to its longest edge.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from .. import geometry
 
 
 def sample_triangles(triangles: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (M, 3) on triangles (F, 3, 3) with gaps of at most ``spacing`` metres, and their triangles (M,).
+    """Return points (M, 3) on triangles (F, 3, 3), at most ``spacing`` metres apart, and their triangles (M,).
 
-    Edges and corners are included. A triangle smaller than the spacing gives its centre only: among its like
-    no place is farther from a point than two thirds of the spacing.
+    Edges and corners are included. A triangle smaller than the spacing is represented by its centre: in a mesh of such
+    triangles no location is farther from a point than two thirds of the spacing.
     """
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     squared = np.stack([np.einsum("fi,fi->f", edge, edge) for edge in (b - a, c - b, a - c)])
@@ -31,7 +31,7 @@ def sample_triangles(triangles: np.ndarray, spacing: float) -> tuple[np.ndarray,
 def _rows(
     triangles: np.ndarray, base: np.ndarray, length: np.ndarray, spacing: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points and triangle indices, in rows along each triangle's edge ``base`` (F,) of ``length`` (F,)."""
+    """Return points and triangle indices, in rows along each triangle's edge ``base`` (F,) of ``length`` (F,)."""
     each = np.arange(len(triangles))
     a, b, c = (triangles[each, (base + k) % 3] for k in range(3))
     height = 2 * geometry.areas(triangles) / length
@@ -42,7 +42,7 @@ def _rows(
     line, place = _count_up(across + 1)
     owner, up = owner[line], up[line]
     along = (1 - up) * place / np.maximum(across, 1)[line]
-    # Column by column: three thin products instead of gathers of whole corners.
+    # Per coordinate, which is faster than gathering whole corners.
     points = np.empty((len(owner), 3))
     for axis in range(3):
         origin = a[:, axis]
@@ -53,13 +53,13 @@ def _rows(
 
 
 def _count_up(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For counts (2, 3): owners 0 0 1 1 1 and places 0 1 0 1 2."""
+    """Enumerate groups: for counts (2, 3), owners 0 0 1 1 1 and positions 0 1 0 1 2."""
     owner = np.repeat(np.arange(len(counts)), counts)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def clip_to_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The triangles (F', 3, 3) that meet the box from low to high (3,); those that stick out are cut up."""
+    """Return triangles (F', 3, 3) that overlap the box from low to high (3,), subdivided where they cross it."""
     done, waiting = [], triangles
     while len(waiting):
         least, most = waiting.min(axis=1), waiting.max(axis=1)

@@ -1,4 +1,4 @@
-"""The walkable surface of a scene as convex polygons (SAMP paper, section 3.3). Network frame."""
+"""The walkable surface of a scene as convex polygons (SAMP, section 3.3). Network frame."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from .rectangles import Portals, Rectangles
 
 CELL = 0.05
 MAX_COLUMNS = 500_000
-"""Columns of the grid; 35 x 35 m at 5 cm. Larger scenes are cut, or get larger cells."""
+"""Columns of the grid, 35 x 35 m at 5 cm. Larger scenes are cropped, or get larger cells."""
 REACH = 0.6
-"""Metres up to which the distance to obstacles is known."""
+"""Metres up to which the clearance is measured."""
 DETOUR = 6.0
-"""Metres around start and goal that the part of a large scene holds at least."""
+"""Metres around start and goal that are kept at least when a large scene is cropped."""
 SMALLEST_ROOM = 2.5
-"""Metres. A scene that is smaller is a piece of furniture, whose top is no floor."""
+"""Metres. A smaller scene is a single piece of furniture, whose top is not a floor."""
 FLOOR_SHARE, FLOOR_UNEVEN, FLOOR_THICKNESS = 0.2, 0.1, 0.35
-"""A scene has a floor if this share of its outline can be stood on, within so many metres of the lowest such
-place, and that place is no higher than this over the lowest point of all."""
+"""A scene has a floor if more than this share of its columns has standing places within so many metres of the lowest,
+and if the lowest is at most so many metres over the scene's lowest point."""
 GROUND_MARGIN = 2.0
-"""Metres by which a ground laid under a scene without a floor reaches beyond it."""
+"""Metres by which the ground that is added to a scene without a floor extends beyond it."""
 PELVIS, OTHER_STOREY = 1.2, 100.0
-"""Metres: how high over the floor ``near`` may be, and how far away what lies higher or lower counts as."""
+"""Metres: largest height difference to ``near`` on the same storey, and the distance added for other storeys."""
 POCKET = 1.0
-"""Metres that the room may begin farther off than the gap behind the sofa, when a free place is looked for."""
+"""Metres by which the main part of a room may be farther away than the nearest part (the gap behind a sofa)."""
 UPHILL = 2.0
-"""How much a metre of height counts beside a metre across, when the nearest place is looked for."""
+"""Weight of vertical relative to horizontal distance in the search for the nearest place."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ class Agent:
 
 @dataclass(frozen=True)
 class NavMesh:
-    """agent: whom it is for. ground: all standing places. pieces: the walkable convex polygons over them.
+    """The walkable surface for one agent.
 
-    portals: where these touch. solid: all solid cells. laid_ground: height in metres
-    of a ground that was laid, or None.
+    ground: all standing places. pieces: the walkable convex polygons over them. portals: where polygons touch.
+    solid: all solid cells. laid_ground: height of an added ground, metres, or None.
     """
 
     agent: Agent
@@ -68,7 +68,7 @@ class NavMesh:
 
     @cached_property
     def polygons(self) -> np.ndarray:
-        """Corners (P, 4, 3) of the polygons in metres, counter-clockwise seen from above."""
+        """Corners (P, 4, 3) of the polygons, metres, counter-clockwise seen from above."""
         first, last = self.pieces.first, self.pieces.last
         cell, corner = self.ground.grid.cell, self.ground.grid.corner
         low, high = corner[[0, 2]] + first * cell, corner[[0, 2]] + (last + 1) * cell
@@ -84,30 +84,33 @@ class NavMesh:
 
     @cached_property
     def islands(self) -> np.ndarray:
-        """For each polygon (P,) the number of the connected part it belongs to."""
+        """Index of the connected part of each polygon (P,)."""
         return ground.connected(len(self.pieces), self.portals.pieces)
 
     @cached_property
     def walkable(self) -> np.ndarray:
-        """Numbers (W,) of the places that belong to a polygon."""
+        """Indices (W,) of the places that belong to a polygon."""
         return np.flatnonzero(self.pieces.owner >= 0)
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Middles (W, 3) of the walkable places, metres."""
+        """Centres (W, 3) of the walkable places, metres."""
         return self.ground.points(self.walkable)
 
     @property
     def area(self) -> float:
-        """Walkable area seen from above, square metres."""
+        """Walkable area in the ground plane, square metres."""
         return len(self.walkable) * self.ground.grid.cell**2
 
     def island_of(self, places: np.ndarray) -> np.ndarray:
-        """Connected part (...) of walkable places (...)."""
+        """Return the connected part (...) of walkable places (...)."""
         return self.islands[self.pieces.owner[places]]
 
     def nearest(self, position: np.ndarray, island: int | None = None) -> int:
-        """Number of the walkable place closest to a position (3,), height counting double."""
+        """Return the index of the walkable place closest to a position (3,); height counts double.
+
+        island: restricts the search to one connected part. Raises PathError if there is no place.
+        """
         numbers, points = self.walkable, self.points
         if island is not None:
             chosen = self.island_of(numbers) == island
@@ -127,33 +130,35 @@ def build(
     floor_height: float | None = None,
     cover: np.ndarray | None = None,
 ) -> NavMesh:
-    """The navmesh of triangles (F, 3, 3) for a character.
+    """Build the navmesh of triangles (F, 3, 3) for a character.
 
-    cell: side of the grid's cells, metres. floor_height: lays a level ground there (metres); left out, one is
-    laid at the scene's lowest point if hardly anything there can be walked on. cover: points (N, 3), metres,
-    such as start and goal; a laid ground reaches to them, and too large a scene is cut to their surroundings.
-    Raises SampError for a scene without faces, PathError where nothing is walkable.
+    cell: side of the grid's cells, metres. floor_height: metres, where a level ground is added; if left out, one is
+    added at the scene's lowest point if the scene has no floor. cover: points (N, 3), metres, such as start and goal:
+    an added ground extends to them, and too large a scene is cropped around them. Raises SampError for a scene without
+    faces, PathError if nothing is walkable.
     """
     agent = agent or Agent()
     triangles = np.asarray(triangles, dtype=np.float64)
     cover = np.zeros((0, 3)) if cover is None else np.asarray(cover, dtype=np.float64).reshape(-1, 3)
-    box, laid = _box(triangles, cover, cell), floor_height
+    box, ground_height = _box(triangles, cover, cell), floor_height
     if box is not None:
         triangles = lattice.clip_to_box(triangles, *box)
-    if laid is None:
+    if ground_height is None:
         low, high = geometry.bounds(triangles)
         grid, solid = _solid(triangles, low, high, box, cell, agent)
         places = heightfield.standing_places(solid, grid, agent.height)
-        laid = None if _has_floor(places, solid, grid) else float(low[1])
-    if laid is not None:
-        margin = _with_margin(triangles, cover, laid)
+        ground_height = None if _has_floor(places, solid, grid) else float(low[1])
+    if ground_height is not None:
+        margin = _with_margin(triangles, cover, ground_height)
         if floor_height is None and box is None and _columns(*margin, grid.cell) <= MAX_COLUMNS:
-            # What is solid is known already.
+            # The solid cells are known already.
             wide = grid.widened(*margin)
             grid, solid = wide, solid.moved(grid, wide)
         else:
             grid, solid = _solid(triangles, *margin, box, cell, agent)
-        places = heightfield.standing_places(heightfield.with_ground(solid, grid, laid), grid, agent.height)
+        places = heightfield.standing_places(
+            heightfield.with_ground(solid, grid, ground_height), grid, agent.height
+        )
     joined = ground.build(
         grid, places, agent.step, agent.height, agent.slope, agent.radius, max(REACH, agent.radius)
     )
@@ -161,7 +166,7 @@ def build(
     if not walkable.any():
         raise PathError("Nothing in the scene can be walked on; add a floor, or make the character smaller.")
     pieces = rectangles.cover(joined, walkable)
-    return NavMesh(agent, joined, pieces, rectangles.portals(joined, pieces), solid, laid)
+    return NavMesh(agent, joined, pieces, rectangles.portals(joined, pieces), solid, ground_height)
 
 
 def free_place(
@@ -171,11 +176,11 @@ def free_place(
     rng: np.random.Generator,
     island: int | None = None,
 ) -> tuple[np.ndarray, float]:
-    """A place to stand, position (3,) metres and yaw in radians, at a distance (least, most) from ``near``.
+    """Choose a random place to stand: position (3,), metres, and yaw, radians.
 
-    It lies on the given connected part, or the main one around ``near``, on the same storey, off the
-    stairs, where there is room around it. The yaw is within a quarter turn of facing ``near``. With no
-    place in range, the one closest to it is taken.
+    distance: (minimum, maximum) from ``near``, metres; if no place is in range, the closest to it is taken. The place
+    is on the connected part ``island``, or the main one around ``near``, on the same storey, not on rough ground, and
+    with room around it. The yaw is within a quarter turn of facing ``near``.
     """
     near = np.asarray(near, dtype=np.float64)
     numbers, points = navmesh.walkable, navmesh.points
@@ -187,7 +192,7 @@ def free_place(
     inside = chosen[excess[chosen] <= max(excess[chosen].min(), 1e-9)]
     even = inside[~navmesh.ground.rough[numbers[inside]]]
     inside = even if len(even) else inside
-    # Where all is crowded, the most open third still leaves a choice.
+    # In crowded rooms, choose among the most open third.
     room = navmesh.ground.clearance[numbers[inside]]
     roomy = inside[room >= min(navmesh.agent.radius + 0.15, np.quantile(room, 0.67))]
     position = points[rng.choice(roomy)]
@@ -196,13 +201,13 @@ def free_place(
 
 
 def _main_part(parts: np.ndarray, away: np.ndarray) -> int:
-    """The largest of the parts (W,) that come about as near as the nearest; not the gap behind the sofa."""
-    beside = np.unique(parts[away <= away.min() + POCKET])
-    return int(beside[np.bincount(parts)[beside].argmax()])
+    """Return the largest of the parts (W,) about as near as the nearest one: the room, not the gap behind the sofa."""
+    near = np.unique(parts[away <= away.min() + POCKET])
+    return int(near[np.bincount(parts)[near].argmax()])
 
 
 def _box(triangles: np.ndarray, cover: np.ndarray, cell: float) -> np.ndarray | None:
-    """Corners (2, 3) of the part of too large a scene that matters for ``cover``; None if all fits."""
+    """Return corners (2, 3) of the box to which a large scene is cropped around ``cover``, or None if all fits."""
     if len(triangles) == 0 or len(cover) == 0:
         return None
     if _columns(*geometry.bounds(triangles), cell) <= MAX_COLUMNS:
@@ -224,7 +229,7 @@ def _solid(
     cell: float,
     agent: Agent,
 ) -> tuple[Grid, heightfield.Solid]:
-    """The grid from low to high (3,), inside of the box, and its solid cells; too many cells grow larger."""
+    """Return the grid from low to high (3,), cropped to the box, and its solid cells; cells grow beyond MAX_COLUMNS."""
     if box is not None:
         low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     cell *= math.sqrt(max(_columns(low, high, cell) / MAX_COLUMNS, 1.0))
@@ -242,7 +247,7 @@ def _has_floor(places: heightfield.Places, solid: heightfield.Solid, grid: Grid)
 
 
 def _with_margin(triangles: np.ndarray, cover: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of a box around the scene and the points of ``cover``, with room to walk around both."""
+    """Return corners of a box around the scene and the points of ``cover``, with a margin to walk around both."""
     points = np.concatenate(
         [geometry.bounds(triangles) if len(triangles) or not len(cover) else cover, cover]
     )

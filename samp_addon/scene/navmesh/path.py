@@ -1,6 +1,6 @@
-"""Way-points around the furniture: A* over the navmesh, string pulling, and a little room at the corners.
+"""Paths around the furniture: A* over the navmesh, string pulling, and clearance at corners.
 
-SAMP paper, section 3.3 and appendix E. Network frame, metres.
+SAMP, section 3.3 and appendix E. Network frame, metres.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from . import corridor, funnel, smoothing
 from .navmesh import NavMesh
 
 TOLERANCE = 1.0
-"""Metres, seen from above, by which start and goal may lie beside walkable ground."""
+"""Metres, horizontally, by which start and goal may be off walkable ground."""
 COMFORT = 0.10
-"""Metres of room beyond the character's radius that corners are given where there is space."""
+"""Metres of clearance beyond the character's radius at corners, where there is space."""
 STAND_OFF = 0.6
-"""Metres in front of the pelvis' goal at which the character stops and turns."""
+"""Metres in front of the pelvis goal at which the character stops and turns."""
 REACH, REACH_LYING = 1.3, 2.0
 """Metres from the goal within which the character can still begin to sit, or to lie down on a wide bed."""
 BEHIND = 0.5
-"""Metres that a place straight behind a seat counts as farther away than one straight in front."""
+"""Metres added to the distance of a place straight behind a seat, relative to one in front."""
 CLIMBED = 0.4
-"""Metres that a place on or beside a step counts as farther away than one on even ground."""
+"""Metres added to the distance of a place on rough ground."""
 WALL = (1.1, 1.6)
-"""Metres over the floor: what is solid there is a wall, through which nobody sits down."""
+"""Metres over the floor. Solid cells at this height are walls, and a seat is not approached through them."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ def plan(
     tolerance: float = TOLERANCE,
     comfort: float = COMFORT,
 ) -> Path:
-    """The way from start (3,) to goal (3,), metres.
+    """Find a path from start (3,) to goal (3,), metres.
 
-    An end off the mesh is moved to the nearest walkable place (the goal's: that can be reached). PathError
-    says which end is farther than ``tolerance`` from one, or that no way leads there. Corners are passed
-    ``comfort`` metres wider than need be, where there is room.
+    Ends off the mesh are moved to the nearest walkable place, the goal to the nearest reachable one. Corners get
+    ``comfort`` metres more clearance than needed, where there is space. Raises PathError if an end is farther than
+    ``tolerance`` from a walkable place, or if there is no path.
     """
     begin = _on_mesh(mesh, start, tolerance, "start")
     island = int(mesh.island_of(mesh.ground.at(begin)))
@@ -76,11 +76,11 @@ def plan_to_goal(
     tolerance: float = TOLERANCE,
     comfort: float = COMFORT,
 ) -> Path:
-    """The way from start (3,) to a place from which the character can sit or lie down on the goal.
+    """Find a path from start (3,) to a place from which the character can sit or lie down at the goal.
 
-    That is ``stand_off`` metres in front of the goal, or the nearest walkable place to it within ``reach``
-    metres of the goal (left out: 1.3, or 2 to lie down) that no wall parts from it. PathError where there
-    is none.
+    That place is ``stand_off`` metres in front of the goal, or the nearest walkable one within ``reach`` metres of the
+    goal (default 1.3, or 2 to lie down) that no wall separates from it. tolerance, comfort: see `plan`. Raises
+    PathError if there is no such place or no path.
     """
     begin = _on_mesh(mesh, start, tolerance, "start")
     island = int(mesh.island_of(mesh.ground.at(begin)))
@@ -89,7 +89,7 @@ def plan_to_goal(
     approach = _approaches(mesh, goal, stand_off, reach)
     if len(approach) == 0:
         raise PathError(
-            f"There is no free floor within {reach:.1f} m of the {goal.action} goal; make room beside it."
+            f"There is no free floor within {reach:.1f} m of the {goal.action} goal; make room around it."
         )
     reachable = approach[mesh.island_of(approach) == island]
     if len(reachable) == 0:
@@ -103,7 +103,10 @@ def plan_to_goal(
 def _on_mesh(
     mesh: NavMesh, position: np.ndarray, tolerance: float, end: str, island: int | None = None
 ) -> np.ndarray:
-    """The position (3,) on the ground, or the nearest walkable place; PathError beyond the tolerance."""
+    """Project a position (3,) onto the ground, or move it to the nearest walkable place.
+
+    Raises PathError beyond the tolerance. end: "start" or "goal", for the message.
+    """
     position = np.asarray(position, dtype=np.float64)
     number = mesh.nearest(position, island)
     place = mesh.ground.points(number)
@@ -119,28 +122,28 @@ def _on_mesh(
 
 
 def _approaches(mesh: NavMesh, goal: Goal, stand_off: float, reach: float) -> np.ndarray:
-    """Walkable places beside the goal, the nearest to its front first, none of them behind a wall."""
+    """Return the walkable places around the goal that no wall separates from it, best first."""
     numbers, points = mesh.walkable, mesh.points
     offset = points - goal.position
     away = np.hypot(offset[:, 0], offset[:, 2])
-    # The floor of a seat or bed: below the pelvis, and not a storey below.
+    # The floor in front of a seat or bed: below the pelvis, on the same storey.
     near = np.flatnonzero((away <= reach) & (offset[:, 1] < 0.1) & (offset[:, 1] > -mesh.agent.height))
     numbers, points, offset, away = numbers[near], points[near], offset[near], away[near]
     facing = (offset[:, [0, 2]] @ goal.direction[[0, 2]]) / np.maximum(away, 1e-6)
     if goal.action == "lie":
-        # A bed is got into from its sides.
+        # Beds are entered from the sides.
         cost = away + BEHIND * np.abs(facing)
     else:
         ideal = goal.position + stand_off * goal.direction
         cost = np.hypot(*(points - ideal).T[[0, 2]]) + BEHIND * (1 - facing) / 2
     cost += CLIMBED * mesh.ground.rough[numbers]
-    open_sight = ~_walled_off(mesh, points, goal.position)
+    visible = ~_walled_off(mesh, points, goal.position)
     order = np.argsort(cost, kind="stable")
-    return numbers[order[open_sight[order]]]
+    return numbers[order[visible[order]]]
 
 
 def _walled_off(mesh: NavMesh, points: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """Flags (N,): something solid at the height of a wall stands between points (N, 3) and the goal (3,)."""
+    """Flag the points (N, 3) that are separated from the goal (3,) by something solid at the height of a wall."""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
     grid, solid = mesh.ground.grid, mesh.solid
@@ -159,6 +162,7 @@ def _walled_off(mesh: NavMesh, points: np.ndarray, goal: np.ndarray) -> np.ndarr
 
 
 def _find_path(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: float) -> Path:
+    """Find a path between two points (3,) on the ground."""
     if (
         smoothing.visible(mesh, start, goal)
         and smoothing.line_cost(mesh, start, goal) < np.linalg.norm(goal - start) + 1e-6
@@ -166,10 +170,10 @@ def _find_path(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: floa
         return Path(smoothing.add_height_waypoints(mesh, np.stack([start, goal])))
     owner = mesh.pieces.owner
     first, last = int(owner[mesh.ground.at(start)]), int(owner[mesh.ground.at(goal)])
-    way = corridor.search(mesh, start, goal, first, last)
-    if way is None:
+    portals = corridor.search(mesh, start, goal, first, last)
+    if portals is None:
         raise PathError("No way leads from the start to the goal; move the furniture apart.")
-    corners = _pull_string(mesh, way, first, start, goal)
+    corners = _pull_string(mesh, portals, first, start, goal)
     corners = smoothing.shorten(mesh, corners)
     corners = smoothing.widen_corners(mesh, corners, comfort)
     return Path(smoothing.add_height_waypoints(mesh, corners))
@@ -178,7 +182,7 @@ def _find_path(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: floa
 def _pull_string(
     mesh: NavMesh, way: list[int], first: int, start: np.ndarray, goal: np.ndarray
 ) -> np.ndarray:
-    """Corners (K, 3) of the shortest line through a row of portals."""
+    """Return corners (K, 3) of the shortest polyline through a sequence of portals."""
     pieces, ends = mesh.portals.pieces[way], mesh.portals.ends[way]
     forward, polygon = np.zeros((len(way), 2)), first
     for k, axis in enumerate(mesh.portals.axis[way]):

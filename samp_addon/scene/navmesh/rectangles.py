@@ -1,4 +1,4 @@
-"""The walkable places as few convex polygons, rectangles of cells, and the portals between them."""
+"""Partition of the walkable places into few convex polygons, rectangles of cells, with portals between them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .ground import DIRECTIONS, Ground
 
 @dataclass(frozen=True)
 class Rectangles:
-    """Convex pieces of the ground. Every place of a piece reaches every other in a straight line.
+    """Convex pieces of the ground: every place of a piece is reachable from every other in a straight line.
 
-    first, last: (P, 2) columns x, z of their corners, both included. layer: (P,) of Ground.index.
-    owner: (N,) the piece of each place, or -1. rough: (P,) whether the ground is stepped.
+    first, last: (P, 2) columns x, z of their corners, both inclusive. layer: (P,) of Ground.index.
+    owner: (N,) the piece of each place, or -1. rough: (P,) flags of pieces on rough ground.
     """
 
     first: np.ndarray
@@ -29,11 +29,10 @@ class Rectangles:
 
 @dataclass(frozen=True)
 class Portals:
-    """Where one steps from piece to piece.
+    """Shared borders of pieces.
 
-    pieces: (Q, 2) from, to. ends: (Q, 2, 3) metres; equal where only one cell touches. They lie between the
-    middles of cells, so that a way round them keeps its distance from obstacles. axis: (Q,) of the step, x
-    is 0 and z is 1.
+    pieces: (Q, 2) from, to. ends: (Q, 2, 3) metres; equal where only one cell touches. They are midpoints between cell
+    centres, so that paths around them keep their clearance. axis: (Q,) of the crossing, 0 for x and 1 for z.
     """
 
     pieces: np.ndarray
@@ -45,7 +44,7 @@ class Portals:
 
 
 def cover(ground: Ground, walkable: np.ndarray) -> Rectangles:
-    """Rectangles over the walkable places (N,) flags, grown one by one from the most open places."""
+    """Cover the walkable places (N,) flags with rectangles, grown one by one from the most open places."""
     owner = np.full(len(ground.places), -1, dtype=np.int32)
     found: list[tuple[int, int, int, int, int]] = []
     order = np.lexsort((ground.places.z, ground.places.x, -np.round(ground.clearance / ground.grid.cell)))
@@ -55,7 +54,7 @@ def cover(ground: Ground, walkable: np.ndarray) -> Rectangles:
         layer_of[numbers[numbers >= 0]] = layer
     for layer, numbers in enumerate(ground.index):
         width = numbers.shape[1]
-        # Byte strings: a slice of one is searched ten times faster than a small array.
+        # bytearray: searching a slice is ten times as fast as with a small array.
         steps = [bytearray(flags.tobytes()) for flags in _steps_inside(ground, walkable, numbers)]
         taken = bytearray(numbers.size)
         here = seeds[layer_of[seeds] == layer]
@@ -73,7 +72,7 @@ def cover(ground: Ground, walkable: np.ndarray) -> Rectangles:
 
 
 def _steps_inside(ground: Ground, walkable: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Flags (X, Z) for each of the directions x and z: the next column continues the same even ground."""
+    """Flag the columns (X, Z), for each of the directions x and z, whose next column continues the same ground."""
     here = np.flatnonzero(numbers.ravel() >= 0)
     place = numbers.ravel()[here]
     steps = []
@@ -90,9 +89,9 @@ def _steps_inside(ground: Ground, walkable: np.ndarray, numbers: np.ndarray) -> 
 
 
 def _grow(along_x: bytearray, along_z: bytearray, width: int, x: int, z: int) -> tuple[int, int, int, int]:
-    """The rectangle grown from a cell, side by side in turn; its cells are struck off both tables of steps.
+    """Grow a rectangle from a cell, one side after the other; return its bounds x0, x1, z0, z1, inclusive.
 
-    The tables hold one byte for each column x * width + z.
+    The tables of steps hold one byte for each column x * width + z; those of the rectangle are cleared.
     """
     x0 = x1 = x
     z0 = z1 = z
@@ -135,7 +134,7 @@ def _grow(along_x: bytearray, along_z: bytearray, width: int, x: int, z: int) ->
 
 
 def portals(ground: Ground, rectangles: Rectangles) -> Portals:
-    """All stretches along which two pieces touch and can be stepped between."""
+    """Return all borders of two pieces that can be stepped across."""
     owner, places = rectangles.owner, ground.places
     rows, ends, axes = [], [], []
     for direction in (0, 1):

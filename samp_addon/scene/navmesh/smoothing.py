@@ -1,4 +1,4 @@
-"""Lines over the ground: what they cost, and paths made shorter, roomier and true to the ground's height.
+"""Lines over the ground: their cost, and paths shortened, kept off corners and fitted to the ground's height.
 
 Network frame, metres.
 """
@@ -11,19 +11,22 @@ from .corridor import ROUGH_COST
 from .navmesh import NavMesh
 
 BEND = 0.13
-"""Metres by which the ground may leave the straight line between two way-points: less than a stair's step."""
+"""Metres. Largest deviation of the ground from the straight line between way-points: less than a stair."""
 
 LONGER = 0.02
-"""Share of its length that a path may grow by to keep away from corners."""
+"""Largest relative increase of the path length for more clearance at corners."""
 
 
 def visible(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> bool:
-    """Whether the straight line between two points (3,) on the ground stays on walkable ground."""
+    """Return whether the straight line between two points (3,) stays on walkable ground."""
     return np.isfinite(line_cost(mesh, one, two))
 
 
 def project_onto_ground(mesh: NavMesh, flat: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
-    """The ground under corners (K, 2): points (M, 3) about a cell apart, and the corners' indices (K,)."""
+    """Project corners (K, 2) onto the ground; return points (M, 3) about a cell apart and the corners' indices (K,).
+
+    height: of the first point, metres, which selects the storey.
+    """
     ground, grid = mesh.ground, mesh.ground.grid
     steps = np.maximum(np.ceil(np.linalg.norm(np.diff(flat, axis=0), axis=1) / grid.cell), 1).astype(int)
     corner = np.append(0, np.cumsum(steps))
@@ -41,7 +44,7 @@ def project_onto_ground(mesh: NavMesh, flat: np.ndarray, height: float) -> tuple
 
 
 def line_cost(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> float:
-    """Length of the straight line, rough ground counted as in the search; infinite off the ground."""
+    """Return the length of a straight line, weighted on rough ground as in the search; infinite off the ground."""
     length = float(np.linalg.norm(two - one))
     share = np.linspace(0, 1, int(np.ceil(2 * length / mesh.ground.grid.cell)) + 2)[:, None]
     places = mesh.ground.at(one + share * (two - one))
@@ -55,9 +58,9 @@ def line_cost(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> float:
 
 
 def shorten(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
-    """The corners less those that a straight line can pass by at no higher cost."""
+    """Remove corners that a straight line can skip at no higher cost."""
     cost = np.array([line_cost(mesh, a, b) for a, b in zip(corners, corners[1:], strict=False)])
-    # The pulled line may graze a cell beside the ground; its own length stands in for it.
+    # The pulled line may graze a cell off the ground; use its plain length there.
     cost = np.where(np.isfinite(cost), cost, np.linalg.norm(np.diff(corners, axis=0), axis=1))
     spent = np.append(0, np.cumsum(cost))
     kept, at = [0], 0
@@ -73,9 +76,9 @@ def shorten(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
 
 
 def widen_corners(mesh: NavMesh, corners: np.ndarray, comfort: float) -> np.ndarray:
-    """The corners moved away from what they pass, by up to ``comfort`` metres more than the radius.
+    """Move corners away from obstacles, up to ``comfort`` metres beyond the character's radius.
 
-    Together that makes the path no more than ``LONGER`` longer.
+    The path grows by at most the share LONGER of its length.
     """
     corners = corners.copy()
     budget = LONGER * np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()
@@ -95,7 +98,7 @@ def _detour(before: np.ndarray, place: np.ndarray, after: np.ndarray) -> float:
 
 
 def _roomier_places(mesh: NavMesh, corner: np.ndarray, comfort: float) -> np.ndarray:
-    """A few places (K, 3) near a corner that have more room than it, the best first."""
+    """Return up to 12 places (K, 3) near a corner with more clearance, best first."""
     ground, grid = mesh.ground, mesh.ground.grid
     here = ground.at(corner)
     wanted = mesh.agent.radius + comfort
@@ -115,7 +118,7 @@ def _roomier_places(mesh: NavMesh, corner: np.ndarray, comfort: float) -> np.nda
 
 
 def add_height_waypoints(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
-    """The corners (K, 3) and, between them, way-points where the ground rises or falls."""
+    """Insert way-points between corners (K, 3) where the ground rises or falls."""
     line, corner = project_onto_ground(mesh, corners[:, [0, 2]], corners[0, 1])
     kept = set(corner.tolist())
     waiting = list(zip(corner[:-1].tolist(), corner[1:].tolist(), strict=True))

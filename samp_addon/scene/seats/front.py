@@ -1,4 +1,4 @@
-"""The axis along which a piece of furniture is built, from its geometry alone."""
+"""The main axis of a piece of furniture, from its geometry alone."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from .. import geometry
 
 
 def dominant_axis(triangles: np.ndarray) -> float:
-    """Yaw in [0, pi/2) radians along whose quarter turns most of an object's upright surface faces.
+    """Return the yaw in [0, pi/2) radians along whose quarter turns most of an object's upright surface faces.
 
-    The mean of the normals' yaws modulo a quarter turn, weighted by area and by how upright each face is; the
-    left and right halves of tapered or curved furniture cancel. Round objects get an arbitrary, steady answer.
+    This is the mean of the normals' yaws modulo a quarter turn, weighted by area and by how upright each face is; the
+    left and right halves of tapered or curved furniture cancel. For round objects it is arbitrary but reproducible.
     triangles: (F, 3, 3) metres, network frame.
     """
     normal = geometry.area_vectors(triangles)
@@ -24,7 +24,7 @@ def dominant_axis(triangles: np.ndarray) -> float:
 
 
 def _from_extent(triangles: np.ndarray) -> complex:
-    """The same from the surface's second moment, for thin sheets that have no upright faces."""
+    """Return the same mean, as a complex number, from the surface's second moment: for sheets without upright faces."""
     area = geometry.areas(triangles)
     flat = triangles[..., [0, 2]]
     flat = flat - (area @ flat.mean(axis=1)) / max(area.sum(), 1e-12)

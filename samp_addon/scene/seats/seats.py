@@ -1,10 +1,10 @@
-"""Goals by geometry: where on a mesh a body can sit or lie, and which way it faces (the labels of section 4.3).
+"""Goals by geometry: where on a mesh a body can sit or lie, and which way it faces (the labels of SAMP, section 4.3).
 
-Any mesh will do; only gravity is assumed, neither a front nor a category. Network frame, metres.
+The mesh needs neither a known front nor a category; only the direction of gravity is assumed. Network frame, metres.
 
-A goal's position is the pelvis joint's. Its direction is the root's heading: the horizontal perpendicular to the hip
-line. For a body that sits it points where the knees point. For a body that lies on its back the left hip is still
-left of it, so the heading points from the head to the feet.
+The position of a goal is that of the pelvis joint. Its direction is the root's heading, the horizontal perpendicular to
+the hip line. For a sitting body it points where the knees point. A body that lies on its back has its left hip on the
+same side, so the heading points from the head to the feet.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from .support import SupportMap
 
 DIRECTIONS = 24
 MANY_SEATS = 64
-"""Goals enough for all sides of a large object to have their say about its front."""
+"""Enough goals for all sides of a large object to influence the estimate of its front."""
 MAX_PLACES = 800
 MIN_SCORE_SHARE = {"sit": 0.35, "lie": 0.5}
-"""A goal's least share of the best goal's score on the same object."""
+"""Least score of a goal, relative to the best goal on the same object."""
 MIN_SCORE = 0.15
 BACKED_SCORE = 0.6
-"""Scores of seats above this have a back to lean on, so that they tell where an object's front is."""
+"""Least score of seats with a back, which determine the front of an object."""
 
 
 @dataclass(frozen=True)
 class Seat:
-    """A goal with its score, 0 to 1, and its height over the floor, metres, of the surface under the pelvis."""
+    """A goal, its score from 0 to 1, and the height over the floor of the surface under the pelvis, metres."""
 
     goal: Goal
     score: float
@@ -46,10 +46,10 @@ def find_goals(
     obstacles: np.ndarray | None = None,
     limit: int = 16,
 ) -> list[Goal]:
-    """Goals for an action, "sit" or "lie", best first; an empty list where the object carries nobody.
+    """Find goals for an action, "sit" or "lie", best first; the list is empty if the object supports none.
 
-    triangles: (F, 3, 3) of the object. floor_height: metres; left out, the object's lowest point. obstacles:
-    (G, 3, 3) other things that the body must not hit. Raises SampError for an object without a surface.
+    triangles: (F, 3, 3) of the object. floor_height: metres; the object's lowest point if left out. obstacles:
+    (G, 3, 3) of other objects that the body must not touch. Raises SampError for an object without a surface.
     """
     return [seat.goal for seat in find_seats(triangles, action, floor_height, obstacles, limit)]
 
@@ -61,20 +61,20 @@ def find_seats(
     obstacles: np.ndarray | None = None,
     limit: int = 16,
 ) -> list[Seat]:
-    """As find_goals, with scores."""
+    """Find goals with scores; see `find_goals`."""
     return seats_on_map(support_map(triangles, floor_height, obstacles), action, limit)
 
 
 def support_map(
     triangles: np.ndarray, floor_height: float | None = None, obstacles: np.ndarray | None = None
 ) -> SupportMap:
-    """The object's support map along its own axes; build it once to ask several questions."""
+    """Build the support map of an object along its main axis, to be shared by several queries."""
     geometry.require_surface(triangles, "The object")
     return SupportMap.build(triangles, front.dominant_axis(triangles), floor_height, obstacles)
 
 
 def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
-    """The seats of a map, best first."""
+    """Find the seats on a support map, best first."""
     places = _candidates(grid, action)
     if not len(places):
         return []
@@ -87,8 +87,8 @@ def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
         return []
     places, yaws, height, score = _refine(grid, action, many[0][chosen], many[1][chosen])
     if action == "sit":
-        score = np.where(_above_a_seat(places, height, score), 0, score)
-    # Refined, neighbours may have come together.
+        score = np.where(_above_adjacent_seat(places, height, score), 0, score)
+    # Refinement may have moved neighbours together.
     apart = _suppress(places, yaws, score, action, limit, 0.85)
     worth = max(MIN_SCORE, MIN_SCORE_SHARE[action] * score.max())
     return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in apart if score[i] >= worth]
@@ -97,18 +97,21 @@ def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
 def snap_goal(
     triangles: np.ndarray, goal: Goal, reach: float = 0.15, floor_height: float | None = None
 ) -> Goal | None:
-    """The goal put onto the real surface: kept in place where it works, moved by up to ``reach`` metres and 30
-    degrees where it does not, or None where nothing near carries the body."""
+    """Snap a goal to the surface.
+
+    It is kept in place if that is possible, else moved by up to ``reach`` metres and 30 degrees. Return None if no
+    place in reach supports the body.
+    """
     return snap_to_map(support_map(triangles, floor_height), goal, reach)
 
 
 def snap_to_map(
     grid: SupportMap, goal: Goal, reach: float = 0.15, least: float = MIN_SCORE, enough: float = 0.3
 ) -> Goal | None:
-    """snap_goal on a map that is built already.
+    """Snap a goal to the surface of a support map; see `snap_goal`.
 
-    least: score under which a place is refused. enough: score above which nothing is gained by moving; a high one
-    draws the goal to better places near by, a low one leaves it where it was asked for.
+    least: places with a lower score are rejected. enough: scores above this do not justify moving the goal; a high
+    value attracts it to better places nearby, a low one keeps it in place.
     """
     at = grid.to_grid(goal.position)
     yaw = float(frames.direction_yaw(goal.direction)) - grid.yaw
@@ -119,7 +122,7 @@ def snap_to_map(
     near = x**2 + z**2 <= reach**2 + 1e-9
     offset, turn = np.stack([x[near], z[near]], axis=-1), turn[near]
     places, yaws = at + offset, yaw + turn
-    # Heights are the same for all turns of a place.
+    # Heights do not depend on the yaw.
     single, back = np.unique(places, axis=0, return_inverse=True)
     height = postures.surface_height(grid, single)[back.ravel()]
     score = _score(grid, goal.action, places, yaws, height)
@@ -132,16 +135,16 @@ def snap_to_map(
 
 
 def infer_front_yaw(triangles: np.ndarray) -> float:
-    """Yaw in radians of the object's front: the side to which people sit; network frame, (-pi, pi].
+    """Return the yaw of an object's front, the side that seated bodies face; radians, network frame, [-pi, pi).
 
-    Along the object's own axis, the quarter turn to which its sit goals point; without a clear one, away from the
-    side that rises (a headboard); without that, square to the long side.
+    Of the quarter turns along the object's main axis, it is the one to which the sit goals point; without a clear one,
+    the one away from a raised side (a headboard); without that, the one perpendicular to the long side.
     """
     return front_of_map(support_map(triangles))
 
 
 def front_of_map(grid: SupportMap, seats: list[Seat] | None = None) -> float:
-    """infer_front_yaw on a map that is built already; ``seats`` to sit on, where they are known."""
+    """Return the yaw of the front on a support map; see `infer_front_yaw`. seats: sit goals, if known already."""
     seats = seats_on_map(grid, "sit", MANY_SEATS) if seats is None else seats
     quarters = grid.yaw + np.arange(4) * np.pi / 2
     facing = frames.yaw_direction(quarters)
@@ -153,7 +156,7 @@ def front_of_map(grid: SupportMap, seats: list[Seat] | None = None) -> float:
         pull = rise
     if not pull.any():
         size = grid.high - grid.low
-        # Steady under rounding: of two equal ways the one nearer to +Z.
+        # Stable under rounding: of two equal directions, the one closer to +Z.
         pull = facing[int(size[0] < 0.97 * size[1])]
         pull = pull if pull[2] > -1e-6 else -pull
     yaw = quarters[int(np.argmax(facing @ pull))]
@@ -161,7 +164,7 @@ def front_of_map(grid: SupportMap, seats: list[Seat] | None = None) -> float:
 
 
 def _away_from_raised_side(grid: SupportMap) -> np.ndarray:
-    """World vector (3,) from what stands higher than the rest to the middle; zero where nothing clearly does."""
+    """Return the world vector (3,) from a raised part to the centre, or zero if no part is clearly raised."""
     filled = grid.counts[:, 1:] != grid.counts[:, :-1]
     tops = np.where(filled.any(axis=1), filled.shape[1] - filled[:, ::-1].argmax(axis=1), 0)
     cells = np.nonzero(tops)
@@ -177,7 +180,7 @@ def _away_from_raised_side(grid: SupportMap) -> np.ndarray:
 
 
 def _candidates(grid: SupportMap, action: str) -> np.ndarray:
-    """Places (N, 2) on the object that carry at a fitting height, evenly spread."""
+    """Return evenly spaced places (N, 2) whose supporting surface has a suitable height."""
     low, high = postures.SIT_HEIGHTS if action == "sit" else postures.LIE_HEIGHTS
     fits = (grid.heights >= low) & (grid.heights <= high)
     stride = max(2, int(np.ceil(np.sqrt(fits.sum() / MAX_PLACES))))
@@ -194,7 +197,10 @@ def _score(
 def _suppress(
     places: np.ndarray, yaws: np.ndarray, score: np.ndarray, action: str, limit: int, share: float = 1.0
 ) -> np.ndarray:
-    """Indices of the best candidates, best first, none too close to a better one in both place and direction."""
+    """Return the indices of the best candidates, best first, by non-maximum suppression.
+
+    Candidates close to a better one in both position and direction are dropped. share: scales both thresholds.
+    """
     near, turn = (0.34, np.radians(50)) if action == "sit" else (0.45, np.radians(100))
     near, turn = share * near, share * turn
     left, chosen = score.copy(), []
@@ -205,14 +211,14 @@ def _suppress(
         chosen.append(best)
         apart = np.hypot(*(places - places[best]).T)
         angle = np.abs(frames.wrap_angle(yaws - yaws[best]))
-        # A much worse place has no claim of its own so close by: the edge of a sofa between two backed seats.
+        # Much worse places are suppressed in a wider radius: the edge of a sofa between two seats with a back.
         reach = np.where(score < 0.7 * score[best], 1.4 * near, near)
         left[(apart < reach) & (angle < turn)] = 0
     return np.array(chosen, dtype=int)
 
 
-def _above_a_seat(places: np.ndarray, height: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """Which (N,) candidates look down on a seat close by that is as good: backs and arms as wide as a seat."""
+def _above_adjacent_seat(places: np.ndarray, height: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """Flag the candidates (N,) above an adjacent seat that is about as good: wide backrests and armrests."""
     apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
     drop = height[:, None] - height
     return ((apart < 0.9) & (drop > 0.1) & (drop < 0.5) & (score > 0.7 * score[:, None])).any(axis=1)
@@ -221,7 +227,7 @@ def _above_a_seat(places: np.ndarray, height: np.ndarray, score: np.ndarray) -> 
 def _refine(
     grid: SupportMap, action: str, places: np.ndarray, yaws: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Each candidate moved to the best of its neighbours, in two rounds of shrinking steps."""
+    """Move each candidate to the best of its neighbours, in two rounds of decreasing steps."""
     height = postures.surface_height(grid, places)
     score = _score(grid, action, places, yaws, height)
     for step, turn in ((0.025, np.radians(7.5)), (0.0125, np.radians(3))):
@@ -231,7 +237,7 @@ def _refine(
         turned = (yaws[:, None] + t.ravel() * turn).ravel()
         level = postures.surface_height(grid, trial)
         value = _score(grid, action, trial, turned, level).reshape(len(places), -1)
-        # A small price on moving keeps what is equally good in place.
+        # A small penalty on moving keeps equally good candidates in place.
         price = 0.002 * (np.abs(x) + np.abs(z) + np.abs(t)).ravel()
         best = np.argmax(value - price, axis=1) + np.arange(len(places)) * len(price)
         places, yaws, height, score = trial[best], turned[best], level[best], value.ravel()[best]

@@ -1,6 +1,6 @@
-"""Where a surface carries a body and where it stands in its way: a height map and counts of solid cells above it.
+"""Where a surface supports a body and where it obstructs it: a height map and cumulative counts of solid cells.
 
-Built once for an object; the questions of postures.py are table look-ups. Network frame, metres.
+Built once for an object, so that the queries of postures.py are table look-ups. Network frame, metres.
 """
 
 from __future__ import annotations
@@ -10,31 +10,33 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from ... import frames
 from .. import geometry
 
 CELL = 0.025
-"""Metres. Fine enough for a chair's slats, coarse enough for tables of a few million cells."""
+"""Metres. Fine enough for the slats of a chair, coarse enough for tables of a few million cells."""
 MAX_CELLS = 6_000_000
 MAX_SAMPLES = 400_000
 MARGIN = 0.95
-"""Metres around the object that are kept, so that feet and shins beside it are looked up, too."""
+"""Metres around the object that the map covers, for feet and shins next to it."""
 CEILING = 1.75
-"""Metres above the floor; nothing higher touches a body that sits or lies on a surface below 0.9 m."""
+"""Metres over the floor. Nothing higher touches a body that sits or lies on a surface below 0.9 m."""
 STEEPEST = 0.75
-"""Least vertical part of a normal that still carries: slopes up to 41 degrees."""
+"""Least vertical component of the normal of a supporting surface: slopes up to 41 degrees."""
 HIGHEST = 0.95
-"""Metres over the floor; the upper bunk carries too, but the one below it is the one to look for."""
+"""Metres over the floor. Higher surfaces, such as an upper bunk, are ignored in favour of those below."""
 HEADROOM = 0.55
-"""Metres of free space over a place for it to count as a surface that can be reached from above."""
+"""Metres of free space over a place that make it accessible from above."""
 
 
 @dataclass(frozen=True)
 class SupportMap:
-    """heights: (X, Z) highest carrying surface with headroom, metres above the floor, NaN where there is none.
+    """Height map and solid cells of an object, in a frame rotated about the vertical.
 
-    counts: (X, Y + 1, Z) solid cells below each level, for obstacles between any two heights by one subtraction.
-    corner: (2,) x and z of the grid's corner in the turned frame. cell: metres. yaw: the grid's turn, radians.
-    floor: height of the floor in the world, metres. low, high: (2,) the object's own bounds in the turned frame.
+    heights: (X, Z) highest supporting surface with headroom, metres over the floor, NaN where there is none.
+    counts: (X, Y + 1, Z) solid cells below each level; a difference of two gives obstacles between two heights.
+    corner: (2,) x and z of the grid's corner in the rotated frame. cell: metres. yaw: of the rotated frame, radians.
+    floor: height of the floor in the world, metres. low, high: (2,) bounds of the object in the rotated frame.
     """
 
     heights: np.ndarray
@@ -54,14 +56,14 @@ class SupportMap:
         floor: float | None = None,
         obstacles: np.ndarray | None = None,
     ) -> SupportMap:
-        """Map of an object's triangles (F, 3, 3); ``obstacles`` (G, 3, 3) block but do not carry.
+        """Build the map of an object's triangles (F, 3, 3); ``obstacles`` (G, 3, 3) obstruct but do not support.
 
-        yaw: radians, the direction along which the grid is laid. floor: height in metres, left out: the lowest
-        point. Raises SampError for an object without a surface.
+        yaw: of the grid, radians. floor: height, metres; the lowest point if left out. Raises SampError for an object
+        without a surface.
         """
         geometry.require_surface(triangles, "The object")
-        turn = _turn(yaw)
-        local = np.asarray(triangles, float) @ turn
+        axes = frames.yawed_axes(yaw)
+        local = np.asarray(triangles, float) @ axes
         bounds = geometry.bounds(local)
         floor = float(bounds[0, 1]) if floor is None else float(floor)
         local[..., 1] -= floor
@@ -75,35 +77,35 @@ class SupportMap:
         index = _index(samples, corner, cell, solid.shape)
         solid.reshape(-1)[index[index >= 0]] = True
         if obstacles is not None and len(obstacles):
-            others = np.asarray(obstacles, float) @ turn
+            others = np.asarray(obstacles, float) @ axes
             others[..., 1] -= floor
             others = _near(others, corner, corner + size * cell)
             if len(others):
-                beside = _index(_samples(others, 2 * cell)[0], corner, cell, solid.shape)
-                solid.reshape(-1)[beside[beside >= 0]] = True
+                others_index = _index(_samples(others, 2 * cell)[0], corner, cell, solid.shape)
+                solid.reshape(-1)[others_index[others_index >= 0]] = True
         counts = np.zeros((size[0], levels + 1, size[1]), dtype=np.uint8)
         np.cumsum(solid, axis=1, dtype=np.uint8, out=counts[:, 1:])
         heights = _highest(samples[upward], index[upward], counts)
         return cls(heights, counts, corner, cell, float(yaw), floor, low, high)
 
     def to_grid(self, points: np.ndarray) -> np.ndarray:
-        """Turned-frame x and z (..., 2) of world positions (..., 3)."""
-        return (np.asarray(points, float) @ _turn(self.yaw))[..., [0, 2]]
+        """Return x and z (..., 2) in the rotated frame of world positions (..., 3)."""
+        return (np.asarray(points, float) @ frames.yawed_axes(self.yaw))[..., [0, 2]]
 
     def to_world(self, places: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """World positions (..., 3) of turned-frame x and z (..., 2) at heights (...) above the floor."""
+        """Return world positions (..., 3) of x and z (..., 2) in the rotated frame, at heights (...) over the floor."""
         local = np.stack([places[..., 0], height, places[..., 1]], axis=-1)
-        world = local @ _turn(self.yaw).T
+        world = local @ frames.yawed_axes(self.yaw).T
         world[..., 1] += self.floor
         return world
 
     def height(self, places: np.ndarray) -> np.ndarray:
-        """Carrying surface (...), metres above the floor, at turned-frame x and z (..., 2)."""
+        """Return heights (...) of the supporting surface, metres over the floor, at x and z (..., 2)."""
         x, z = self._cells(places)
         return self.heights[x, z]
 
     def blocked(self, places: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Whether (...) anything solid lies over the places (..., 2) between two heights above the floor (...)."""
+        """Return whether (...) anything solid is at the places (..., 2) between two heights over the floor (...)."""
         x, z = self._cells(places)
         top = self.counts.shape[1] - 1
         a = np.clip(np.ceil(np.asarray(low) / CELL), 0, top).astype(np.intp)
@@ -119,18 +121,18 @@ class SupportMap:
 
 
 def _samples(local: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Surface points (N, 3), four or more a cell, and whether each lies on a carrying slope (N,)."""
+    """Return surface points (N, 3), at least four per cell, and flags (N,) of those on supporting slopes."""
     vectors = geometry.area_vectors(local)
     area = np.linalg.norm(vectors, axis=1)
     count = int(np.clip(area.sum() / (0.45 * cell) ** 2, 2_000, MAX_SAMPLES))
     points, owner = geometry.spread_over_surface(local, count, area)
-    # Either side may be the outer one: meshes of artists have normals of both signs.
+    # Either side may be the outer one: the normals of artists' meshes are unreliable.
     flat = np.abs(vectors[:, 1]) > STEEPEST * area
     return points, flat[owner]
 
 
 def _index(points: np.ndarray, corner: np.ndarray, cell: float, shape: tuple[int, ...]) -> np.ndarray:
-    """Flat indices (N,) of the points' cells, -1 outside of the grid."""
+    """Return flat indices (N,) of the points' cells, -1 outside the grid."""
     x = np.floor((points[:, 0] - corner[0]) / cell).astype(np.intp)
     y = np.floor(points[:, 1] / CELL).astype(np.intp)
     z = np.floor((points[:, 2] - corner[1]) / cell).astype(np.intp)
@@ -139,7 +141,7 @@ def _index(points: np.ndarray, corner: np.ndarray, cell: float, shape: tuple[int
 
 
 def _near(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The triangles that reach into the grid, over the floor and under the ceiling."""
+    """Return the triangles that overlap the grid between floor and ceiling."""
     least, most = triangles.min(axis=1), triangles.max(axis=1)
     keep = (most[:, 1] > CELL) & (least[:, 1] < CEILING)
     for axis, column in enumerate((0, 2)):
@@ -148,18 +150,18 @@ def _near(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarra
 
 
 def _highest(points: np.ndarray, index: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Height map (X, Z): the highest carrying sample of each column with headroom over it; small holes closed."""
+    """Return the height map (X, Z): the highest supporting sample with headroom in each column, small holes closed."""
     use = (index >= 0) & (points[:, 1] < HIGHEST)
     points, index = points[use], index[use]
     levels, depth = counts.shape[1] - 1, counts.shape[2]
     z, y, x = index % depth, index // depth % levels, index // (depth * levels)
     above = np.minimum(y + int(HEADROOM / CELL), levels)
-    # Two cells of grace: a cushion's crown and a slope rise within their own column.
+    # Two cells of tolerance: cushions and slopes rise within their own column.
     free = counts[x, above, z] == counts[x, np.minimum(y + 2, levels), z]
     heights = np.full((counts.shape[0], depth), -np.inf)
     np.maximum.at(heights, (x[free], z[free]), points[free, 1])
     filled = ndimage.grey_closing(heights, size=(3, 3))
-    # A gap between slats or a column without a sample takes its neighbours' height, unless something rises there.
+    # Gaps between slats and columns without samples take the height of their neighbours, unless something rises there.
     empty = ~np.isfinite(heights) & np.isfinite(filled)
     at = np.nonzero(empty)
     base = np.clip((filled[at] / CELL).astype(np.intp) + 2, 0, levels)
@@ -167,9 +169,3 @@ def _highest(points: np.ndarray, index: np.ndarray, counts: np.ndarray) -> np.nd
     filled[at[0][risen], at[1][risen]] = -np.inf
     heights = np.where(empty, filled, heights)
     return np.where(np.isfinite(heights), heights, np.nan)
-
-
-def _turn(yaw: float) -> np.ndarray:
-    """Row vectors times this matrix are expressed in a frame that is turned by yaw about the vertical."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])

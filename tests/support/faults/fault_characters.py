@@ -11,7 +11,7 @@ from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.takes import measure
 from samp_blender.samp_addon.pipeline.job import Job
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 CHARACTER_NAMES = {
     "quotes": "Anna \"the\" 'Great'",

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from faults import Case, Press, Room, bake_batch, nothing, press, with_take
 from samp_blender.samp_addon.body import amass
-from samp_blender.tests.support import rigs
+from samp_blender.tests.support.blender import rigs
 
 BROKEN = {
     "nothing in it": b"",
