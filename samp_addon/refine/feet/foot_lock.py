@@ -15,7 +15,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 
 from ... import rotation, skeleton
-from ...easing import early, smoothstep
+from ...easing import anticipate, smoothstep
 from ...motion import Motion
 from ..field import Ground
 from . import stances
@@ -146,7 +146,7 @@ def _lift(
         need = np.maximum(need, np.nan_to_num(height + clear - end[:, 1], nan=0.0))
     # Right after a stance a foot rises no faster than a swing does.
     need *= smoothstep(distance_transform_edt(~plan.standing) / (RISE * motion.fps / 30))
-    lift = early(need, 3, 2.0 * motion.fps / 30)
+    lift = anticipate(need, 3, 2.0 * motion.fps / 30)
     lift[plan.standing] = 0.0
     return lift
 
