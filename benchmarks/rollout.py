@@ -15,6 +15,7 @@ import torch
 from ..models.motion_net import LATENT, MotionNet
 from ..models.state import SIZE
 from ..samp_addon.errors import SampError
+from ..samp_addon.methods.samp.load_networks import load_motion_net
 from ..samp_addon.methods.samp.request import Request
 from ..samp_addon.methods.samp.rollout import generator
 from ..samp_addon.motion import Goal
@@ -26,7 +27,7 @@ ROUNDS = 7
 def network() -> MotionNet:
     """The shipped network, or one with random numbers of the same sizes where the weights are missing."""
     try:
-        return generator.load_network()[0]
+        return load_motion_net().net
     except SampError:
         return MotionNet().eval()
 

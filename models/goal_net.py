@@ -11,8 +11,12 @@ decimetre weighs about as much in the loss as thirteen degrees do.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import torch
 from torch import nn
+
+from . import weights
 
 ACTIONS = ("sit", "lie")
 OBJECT = 2048
@@ -90,12 +94,14 @@ def loss(
     return (error + beta * divergence).mean()
 
 
-def load() -> GoalNet:
-    """The trained network in evaluation mode. Raises weights.WeightsError for a missing or damaged file."""
-    from .weights import load_weights
+def load(folder: Path | None = None) -> GoalNet:
+    """Return the trained network in evaluation mode.
 
+    folder: of other weights than the shipped ones. Raises weights.WeightsError for a file that is missing, damaged or
+    does not fit the network.
+    """
     net = GoalNet()
-    net.load_state_dict({name: tensor.float() for name, tensor in load_weights("goal_net").items()})
+    weights.fill(net, weights.load_weights("goal_net", folder), weights.weights_path("goal_net", folder))
     return net.eval()
 
 

@@ -19,6 +19,8 @@ HIDDEN = 256
 # Share of the present course (state.extrapolate) in the next state; the decoder tells the rest. All of it, and errors
 # would never die away; none of it, and thousands of steps of training go into repeating what is already known.
 COURSE = 0.75
+ENCODER = ("state_encoder", "interaction_encoder", "mean", "log_variance")
+"""Attributes of MotionNet that make up its encoder."""
 FROM_THE_LEFT = 4  # rows of a batch from which the experts' weights are multiplied from the left
 
 
@@ -108,6 +110,11 @@ class MotionNet(nn.Module):
         for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
+
+    def drop_encoder(self) -> None:
+        """Remove the encoder, which only training needs and which is not shipped; `encode` fails afterwards."""
+        for part in ENCODER:
+            delattr(self, part)
 
     def normalised_object(self, features: torch.Tensor) -> torch.Tensor:
         """The object's features (B, 2048), normalised."""

@@ -1,4 +1,4 @@
-"""Bake Chain: all steps of the sidebar's chain as one take."""
+"""Bake Steps: all steps of the sidebar as one take."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 
 class SAMP_OT_bake_chain(SettingsOperator, bpy.types.Operator):
-    """Do all steps of the chain one after another, as one take"""
+    """Generate one take of all steps in order, as a new Action"""
 
     bl_idname = "samp.bake_chain"
-    bl_label = "Bake Chain"
+    bl_label = "Bake Steps"
 
     @classmethod
     def why_not(cls, context: bpy.types.Context) -> str:
@@ -25,4 +25,4 @@ class SAMP_OT_bake_chain(SettingsOperator, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.ui import job_from_settings
 
-        return job_from_settings.chain(context)
+        return job_from_settings.job_of_steps(context)

@@ -1,4 +1,4 @@
-"""Generate Takes: what the sidebar is set to, done."""
+"""Generate Takes: run the job of the sidebar's settings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
-    """Do what is chosen, each take as a new Action; press again to see another way to do it"""
+    """Generate takes with the current settings; each becomes a new Action"""
 
     bl_idname = "samp.generate"
     bl_label = "Generate Takes"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SAMP_OT_lie_here(OptionsOperator, bpy.types.Operator):
-    """Walk around the furniture to the selected one and lie down, as a new Action"""
+    """Walk to the selected furniture and lie down on it; each take becomes a new Action"""
 
     bl_idname = "samp.lie_here"
     bl_label = "Lie Here"

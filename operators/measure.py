@@ -1,4 +1,4 @@
-"""Measure: how good a take is, by the measures of the papers."""
+"""Measure Take: the measures of the papers for a take."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from . import outcome
 
 
 class SAMP_OT_measure(bpy.types.Operator):
-    """Measure the character's take: goal, feet, contact and penetration"""
+    """Measure goal error, foot slide, contact and penetration of the character's take and write them to a text block"""
 
     bl_idname = "samp.measure"
-    bl_label = "Measure"
+    bl_label = "Measure Take"
     bl_options = {"REGISTER", "UNDO"}
 
     character: StringProperty(
-        name="Character", description="SMPL-X armature; empty: the active one, or the only one"
+        name="Character", description="SMPL-X armature; if empty, the active one or the only one"
     )
-    action_name: StringProperty(name="Action", description="Which Action; empty: the active one")
+    action_name: StringProperty(name="Action", description="Action to measure; if empty, the active one")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

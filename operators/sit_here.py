@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class SAMP_OT_sit_here(OptionsOperator, bpy.types.Operator):
-    """Walk around the furniture to the selected one and sit down, as a new Action"""
+    """Walk to the selected furniture and sit down on it; each take becomes a new Action"""
 
     bl_idname = "samp.sit_here"
     bl_label = "Sit Here"

@@ -1,4 +1,4 @@
-"""Stop: ends the work that is going on in the background; nothing is changed."""
+"""Cancel: stop the work in the background."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..samp_addon.blender import running_work
 
 
 class SAMP_OT_stop(bpy.types.Operator):
-    """Stop what is being made; nothing is changed"""
+    """Stop the work in the background and discard its result"""
 
     bl_idname = "samp.stop"
     bl_label = "Cancel"
@@ -17,7 +17,7 @@ class SAMP_OT_stop(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if running_work.current() is None:
-            cls.poll_message_set("Nothing is being made")
+            cls.poll_message_set("There is no work in progress")
             return False
         return True
 

@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from ..samp_addon.methods.samp import goals
+from ..samp_addon.methods.samp.load_networks import load_motion_net
 from ..samp_addon.methods.samp.networks import Networks
 from ..samp_addon.methods.samp.rollout import generator
 from .evaluation import reference, refined, report, sheets
@@ -26,7 +27,7 @@ def networks_of(version: str) -> tuple[str, Networks]:
     """Name and networks of NAME=FOLDER or NAME=FOLDER:NETWORK, the folder holding motion_net.safetensors."""
     name, _, place = version.partition("=")
     folder, _, kind = place.partition(":")
-    network = generator.load_network(Path(folder), kind or "motion_net")
+    network = load_motion_net(Path(folder), kind or "motion_net")
     return name, Networks(goals.sample_goals, partial(generator.generate, network=network))
 
 

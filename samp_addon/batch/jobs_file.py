@@ -102,7 +102,8 @@ def _argument(switch: argparse.Action, value: Any) -> list[str]:
         return [f"{flag}={_text(switch, flag, part)}" for part in (value if repeated else [value])]
     occurrences = [value]
     if isinstance(value, list) and any(isinstance(part, list) for part in value):
-        occurrences = value if isinstance(switch, argparse._AppendAction) else [_flat(flag, value)]
+        repeated = isinstance(switch, argparse._AppendAction)
+        occurrences = value if repeated else [_flat(flag, value)]
     made = []
     for numbers in occurrences:
         made += [
@@ -113,8 +114,8 @@ def _argument(switch: argparse.Action, value: Any) -> list[str]:
 
 
 def _flat(flag: str, places: list) -> list:
-    """Return a list of places as one list of numbers."""
-    if not all(isinstance(place, list) for place in places):
+    """Return a list of places as one list of numbers, for the option that takes several in a row."""
+    if flag != "--via" or not all(isinstance(place, list) for place in places):
         raise _unusable(flag, places)
     return [number for place in places for number in place]
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .. import amass, dependencies
+from .. import dependencies
 from ..atomic_file import whole
 from ..blender.actions import keyframes
 from ..blender.scene import open_scene
 from ..blender.takes import baking, reporting
+from ..body import amass
 from ..errors import SampError, UsageError
 from ..methods.take import Take
 from ..pipeline import attempts

@@ -1,4 +1,4 @@
-"""From what is set in the sidebar to a job, and why there is none. Light enough to be asked at every redraw."""
+"""Turns the sidebar's settings into a job, or says what is missing. Cheap enough for every redraw."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
     from ..pipeline.job import Job
 
 NO_FURNITURE = frozenset({"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"})
-WORDS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
+BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
 
 
-def word(settings: bpy.types.PropertyGroup) -> str:
-    """What the button says."""
-    return WORDS[settings.action]
+def button_label(settings: bpy.types.PropertyGroup) -> str:
+    """Return the label of the generate button."""
+    return BUTTON_LABELS[settings.action]
 
 
 def why_not(context: bpy.types.Context) -> str:
-    """What the button lacks to do anything; empty where it has all."""
+    """Return why no job can be made from the settings; empty if one can."""
     settings = context.scene.samp
     if not registry.find(settings.method).actions:
         return ""
-    if settings.action in SEATED and settings.target is None and not _something_clicked(context):
-        return f"Click what to {settings.action} on, or choose a target"
+    if settings.action in SEATED and settings.target is None and not _has_furniture_selected(context):
+        return f"Select the furniture to {settings.action} on, or choose a target"
     return ""
 
 
 def job(context: bpy.types.Context) -> Job:
-    """The job that is set. Raises SampError where what it needs is missing."""
+    """Return the job of the current settings. Raise SampError where a target is missing."""
     from ..blender.scene import targets
     from ..pipeline.job import Job
 
@@ -55,14 +55,14 @@ def job(context: bpy.types.Context) -> Job:
     )
 
 
-def chain(context: bpy.types.Context) -> Job:
-    """The job of all steps in a row. Raises SampError where there is none, or one of them lacks its target."""
+def job_of_steps(context: bpy.types.Context) -> Job:
+    """Return the job of all steps as one take. Raise SampError where there are no steps, or one needs a target."""
     from ..methods.step import Step
     from ..pipeline.job import Job
 
     settings, rows = context.scene.samp, []
     if not settings.steps:
-        raise SampError("The chain has no steps; add one first.")
+        raise SampError("There are no steps; add one first.")
     for number, step in enumerate(settings.steps, start=1):
         if step.target is None and step.action in SEATED:
             raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
@@ -72,7 +72,7 @@ def chain(context: bpy.types.Context) -> Job:
 
 
 def common(settings: bpy.types.PropertyGroup) -> dict:
-    """The options that every job has."""
+    """Return the options common to all jobs."""
     return {
         "character": character_name(settings),
         "seed": settings.seed,
@@ -85,15 +85,15 @@ def common(settings: bpy.types.PropertyGroup) -> dict:
 
 
 def character_name(settings: bpy.types.PropertyGroup) -> str:
-    """The name of the character that is chosen in the sidebar; empty where none is."""
+    """Return the name of the character in the settings, or an empty string."""
     return settings.character.name if settings.character else ""
 
 
-def is_furniture(thing: bpy.types.Object) -> bool:
-    """Whether a click on an object can mean furniture: no character, no camera."""
-    return thing.type not in NO_FURNITURE and thing.find_armature() is None
+def is_furniture(obj: bpy.types.Object) -> bool:
+    """Return whether an object can be a target: not a character, camera, light or speaker."""
+    return obj.type not in NO_FURNITURE and obj.find_armature() is None
 
 
-def _something_clicked(context: bpy.types.Context) -> bool:
+def _has_furniture_selected(context: bpy.types.Context) -> bool:
     active = context.view_layer.objects.active
     return (active is not None and is_furniture(active)) or any(map(is_furniture, context.selected_objects))

@@ -14,7 +14,7 @@ _registered: list[object] = []
 
 
 def run(arguments: list[str]) -> int:
-    """What the command does; returns its exit status."""
+    """Run the batch and return its exit status."""
     try:
         from ..batch import main
     except ImportError as error:
@@ -22,19 +22,19 @@ def run(arguments: list[str]) -> int:
         return 2
     try:
         return main.main(arguments)
-    except SystemExit as stop:  # --help; Blender would take it for a crash of the command
+    except SystemExit as stop:  # --help; Blender reports an exception as a crash of the command
         return int(stop.code or 0)
 
 
 def register() -> None:
-    """Makes the command known."""
+    """Register the command."""
     _registered.append(bpy.utils.register_cli_command(NAME, run))
-    # Blender 4.2 to 4.5 fall over at exit if a command of Python's is still known then.
+    # Blender 4.2 to 4.5 crash at exit if a Python command is still registered.
     atexit.register(unregister)
 
 
 def unregister() -> None:
-    """Forgets the command."""
+    """Unregister the command."""
     atexit.unregister(unregister)
     while _registered:
         bpy.utils.unregister_cli_command(_registered.pop())

@@ -10,9 +10,9 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import armature, character
-from samp_blender.samp_addon.blender.takes import baking, measure, reporting
+from samp_blender.samp_addon.blender.takes import baking, reporting
 from samp_blender.samp_addon.errors import SampError, UsageError
 from samp_blender.samp_addon.pipeline.job import Job
 
@@ -193,7 +193,7 @@ def test_what_a_take_is_refined_against(start, floor):
     assert around.give.max() == 0.03 and 0 < (around.give > 0).mean() < 1
     # Where a floor was assumed it has no triangles.
     assert around.floor == (None if floor else pytest.approx(0, abs=1e-6))
-    remembered = measure.remembered_ground(result.actions[0])
+    remembered = notes.read_ground(result.actions[0])
     assert remembered == (None if floor else pytest.approx(0, abs=1e-6))
     np.testing.assert_allclose(body.joints, armature.calibrate(owner).rest_joints, atol=1e-6)
     np.testing.assert_array_equal(motion.rest_joints, body.joints)

@@ -1,4 +1,4 @@
-"""A take on an armature: Blender shows what was written, and nothing of the artist's is lost."""
+"""Motions as Actions: Blender evaluates what was written, and no data of the artist are lost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def scene():
 
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("how", ["still", "moved", "turned", "scaled", "parented"])
-def test_blender_shows_the_take(family, how):
+def test_blender_evaluates_the_motion(family, how):
     owner = rigs.make(family)
     place(owner, how)
     take = rigs.take(contacts=np.random.default_rng(1).random((40, 5)))
@@ -38,7 +38,7 @@ def test_blender_shows_the_take(family, how):
 
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("joints", [22, 55])
-def test_reads_back_what_was_written(family, joints):
+def test_round_trip(family, joints):
     owner = rigs.make(family)
     place(owner, "turned")
     rng = np.random.default_rng(2)
@@ -71,7 +71,7 @@ def test_rotation_modes_of_the_artist_are_kept(mode):
     assert np.abs(keyframes.read_motion(owner).root - take.root).max() < HUNDREDTH_OF_A_MILLIMETRE
 
 
-def test_quaternions_do_not_jump():
+def test_quaternions_are_continuous():
     owner = rigs.make("mpi")
     action = keyframes.write_motion(owner, rigs.take(60))
     curves = {(c.data_path, c.array_index): c for c in compat.curves(action, owner)}
@@ -94,7 +94,7 @@ def test_resampled_to_the_scene(scene, fps, base, frames):
     again = keyframes.read_motion(owner, action)
     assert again.fps == pytest.approx(fps / base)
     assert abs(again.interaction_start / again.fps - 1.0) < 0.6 / again.fps
-    # After a second the pelvis is where it was after a second.
+    # The pelvis after one second is the same.
     assert np.abs(rigs.world_joints(owner, 1 + fps)[0] - take.root[30]).max() < 1e-3
 
 
@@ -121,14 +121,14 @@ def test_the_artists_action_is_kept_and_untouched():
     assert np.abs(rigs.world_joints(owner, 1)[0] - rigs.take().root[0]).max() < HUNDREDTH_OF_A_MILLIMETRE
 
 
-def test_not_activated_when_not_asked():
+def test_activate_false_keeps_the_active_action():
     owner = rigs.make("mpi")
     action = keyframes.write_motion(owner, rigs.take(), activate=False)
     assert owner.animation_data is None or owner.animation_data.action is None
     assert action.use_fake_user and len(keyframes.read_motion(owner, action)) == 40
 
 
-def test_a_posed_root_and_moved_bones_do_not_disturb():
+def test_a_posed_root_and_moved_bones_do_not_interfere():
     owner = rigs.make("mpi")
     owner.pose.bones["root"].location = (1, 2, 3)
     owner.pose.bones["root"].rotation_quaternion = rotation.from_axis_angle(np.array([0.3, 0.2, 0.1]))
@@ -158,7 +158,7 @@ def spoil(name: str, value: float):
 
 
 @pytest.mark.parametrize("take", [spoil("root", np.nan), spoil("rotations", np.inf), rigs.take(0)])
-def test_broken_takes_are_refused(take):
+def test_invalid_motions_raise(take):
     owner = rigs.make("mpi")
     with pytest.raises(SampError, match="generate it again"):
         keyframes.write_motion(owner, take)
@@ -170,7 +170,7 @@ def test_reading_without_an_action():
         keyframes.read_motion(rigs.make("mpi"))
 
 
-def test_tweak_mode_is_refused():
+def test_tweak_mode_raises():
     owner = rigs.make("mpi")
     first = keyframes.write_motion(owner, rigs.take())
     data = owner.animation_data
@@ -190,7 +190,7 @@ def test_tweak_mode_is_refused():
 def test_other_legs_keep_feet_on_the_floor_and_the_pelvis_on_the_seat(shape):
     body, other = human.load(), human.load().shaped({shape: 1.0})
     still = np.tile([1.0, 0, 0, 0], (2, 22, 1))
-    # Sitting: thighs level, shins down.
+    # Sitting: thighs horizontal, shins vertical.
     for side in ("left", "right"):
         still[1, skeleton.INDEX[f"{side}_hip"]] = rotation.from_axis_angle(np.radians([-90.0, 0, 0]))
         still[1, skeleton.INDEX[f"{side}_knee"]] = rotation.from_axis_angle(np.radians([90.0, 0, 0]))

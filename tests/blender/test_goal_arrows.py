@@ -1,4 +1,4 @@
-"""Goals in the artist's scene: arrows that come from the operator, are moved and chosen, and are read back."""
+"""Goal arrows: drawn by the operator, moved and selected by the artist, and read back."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def places(arrows):
     return np.array([arrow.matrix_world for arrow in arrows])
 
 
-def test_the_operator_does_what_its_function_does(sofa):
+def test_operator_equals_its_function(sofa):
     assert bpy.ops.samp.sample_goals(target="Sofa", count=3, seed=5) == {"FINISHED"}
     by_operator = places(goal_arrows.arrows(bpy.context, "Sofa"))
     by_function = places(goal_arrows.sample_goals(bpy.context, "Sofa", "sit", 3, 5))
@@ -57,7 +57,7 @@ def test_the_operator_does_what_its_function_does(sofa):
     assert len(goal_arrows.arrows(bpy.context, "Sofa")) == 3, "new arrows take the place of the old"
 
 
-def test_without_a_target_the_active_object_is_meant_even_when_an_arrow_is_active(sofa):
+def test_default_target_is_the_active_object_or_the_arrows_target(sofa):
     bpy.context.view_layer.objects.active = sofa
     assert bpy.ops.samp.sample_goals(count=2) == {"FINISHED"}
     bpy.context.view_layer.objects.active = goal_arrows.arrows(bpy.context, "Sofa")[0]
@@ -65,7 +65,7 @@ def test_without_a_target_the_active_object_is_meant_even_when_an_arrow_is_activ
     assert len(goal_arrows.arrows(bpy.context, "Sofa")) == 1
 
 
-def test_a_click_on_a_part_means_the_whole_piece(sofa):
+def test_click_on_a_part_selects_the_whole_piece(sofa):
     parent = bpy.data.objects.new("Couch", None)
     cushion = add("Cushion", np.array([[[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]]) + [0.0, 0.45, 0.0])
     bpy.context.scene.collection.objects.link(parent)
@@ -76,7 +76,7 @@ def test_a_click_on_a_part_means_the_whole_piece(sofa):
     assert len(goal_arrows.arrows(bpy.context, "Couch")) == 2
 
 
-def test_arrows_are_read_back_as_the_goals_they_were_made_of(sofa):
+def test_arrows_round_trip(sofa):
     before = seats.find_goals(target().triangles, "sit")
     goal_arrows.add_goals(bpy.context, before, "Sofa")
     after = goal_arrows.read_goals(bpy.context, target(), "sit")
@@ -86,14 +86,14 @@ def test_arrows_are_read_back_as_the_goals_they_were_made_of(sofa):
     assert goal_arrows.read_goals(bpy.context, target(), "lie") == []
 
 
-def test_an_arrow_points_where_the_character_faces(sofa):
+def test_arrow_points_along_the_facing(sofa):
     goal = seats.find_goals(target().triangles, "sit")[0]
     arrow = goal_arrows.add_goals(bpy.context, [goal], "Sofa")[0]
     tip = np.array(arrow.matrix_world @ Matrix.Translation((0, 0, 1)).translation)
     np.testing.assert_allclose(frames.to_network(tip - np.array(arrow.location)), goal.direction, atol=1e-6)
 
 
-def test_a_moved_arrow_is_put_onto_the_surface_where_it_now_stands(sofa):
+def test_moved_arrows_are_snapped_to_the_surface(sofa):
     arrow = goal_arrows.add_goals(bpy.context, seats.find_goals(target().triangles, "sit")[:1], "Sofa")[0]
     before = goal_arrows.read_goals(bpy.context, target())[0]
     arrow.matrix_world = Matrix.Translation((0, 0, 0.25)) @ arrow.matrix_world
@@ -102,7 +102,7 @@ def test_a_moved_arrow_is_put_onto_the_surface_where_it_now_stands(sofa):
     np.testing.assert_allclose(after.position, before.position, atol=1e-3)
 
 
-def test_selected_arrows_are_the_chosen_ones_and_deleted_ones_are_gone(sofa):
+def test_selected_arrows_are_used_and_deleted_ones_are_not(sofa):
     made = goal_arrows.add_goals(bpy.context, seats.find_goals(target().triangles, "sit"), "Sofa")
     assert len(made) >= 2
     made[1].select_set(True)
@@ -117,11 +117,11 @@ def test_selected_arrows_are_the_chosen_ones_and_deleted_ones_are_gone(sofa):
     ("change", "words"),
     [
         (Matrix.Translation((0, 0, 0)) @ Matrix.Rotation(np.pi / 2, 4, "Y"), "points up or down"),
-        (Matrix.Rotation(np.pi, 4, "X"), "Nobody can sit where the arrow"),
+        (Matrix.Rotation(np.pi, 4, "X"), "no place to sit at the arrow"),
     ],
     ids=["upright", "into the back"],
 )
-def test_an_arrow_that_cannot_be_is_named(sofa, change, words):
+def test_invalid_arrows_raise(sofa, change, words):
     arrow = goal_arrows.add_goals(bpy.context, seats.find_goals(target().triangles, "sit")[:1], "Sofa")[0]
     arrow.matrix_world = arrow.matrix_world @ change
     bpy.context.view_layer.update()
@@ -134,7 +134,7 @@ def test_an_arrow_that_cannot_be_is_named(sofa, change, words):
     ("options", "words"),
     [({"target": "Sofaa"}, "did you mean 'Sofa'"), ({"target": "Mast"}, "no place to sit")],
 )
-def test_the_operator_reports_in_one_sentence_and_keeps_old_arrows(sofa, options, words):
+def test_operator_errors_keep_existing_arrows(sofa, options, words):
     add("Mast", np.array([[[0, 0, 0], [0.1, 0, 0], [0, 3.0, 0]]]) + [4.0, 0, 0])
     goal_arrows.add_goals(bpy.context, seats.find_goals(target().triangles, "sit")[:1], "Sofa")
     with pytest.raises(RuntimeError, match=words):
@@ -142,7 +142,7 @@ def test_the_operator_reports_in_one_sentence_and_keeps_old_arrows(sofa, options
     assert len(goal_arrows.arrows(bpy.context, "Sofa")) == 1
 
 
-def test_arrows_are_no_part_of_the_scene_and_the_artists_objects_stay(sofa):
+def test_arrows_are_not_read_as_scene_and_objects_do_not_change(sofa):
     before = (
         read_scene.read_scene(bpy.context).triangles.copy(),
         [o.name for o in bpy.context.selected_objects],
@@ -154,7 +154,7 @@ def test_arrows_are_no_part_of_the_scene_and_the_artists_objects_stay(sofa):
     assert bpy.context.view_layer.objects.active == active
 
 
-def test_a_wall_behind_the_target_is_not_faced(sofa):
+def test_goals_do_not_face_a_wall_behind_the_target(sofa):
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     from samp_blender.training.furniture import shapes
 

@@ -1,4 +1,4 @@
-"""Scene files for the batch: every format comes in upright and in metres, and bad files are named."""
+"""Scene files for the batch: every format is imported upright and in metres; invalid files raise."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def save_fbx(path):
 
 def save_usd(path):
     if "merge_parent_xform" not in bpy.ops.wm.usd_import.get_rna_type().properties:
-        # Blender 4.2 names what it imports after the mesh: targets there go by that name.
+        # Blender 4.2 names imported objects after their meshes.
         bpy.context.object.data.name = bpy.context.object.name
     bpy.ops.wm.usd_export(filepath=path)
 
@@ -45,7 +45,7 @@ def save_usd(path):
         (".GLB", save_gltf),
     ],
 )
-def test_every_format_comes_in_upright_and_in_metres(tmp_path, suffix, save):
+def test_every_format_is_imported_upright_and_in_metres(tmp_path, suffix, save):
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.mesh.primitive_cube_add(size=1, location=(1, 2, 3), scale=(1, 2, 4))
     bpy.context.object.name = "Wardrobe"
@@ -59,7 +59,7 @@ def test_every_format_comes_in_upright_and_in_metres(tmp_path, suffix, save):
     np.testing.assert_allclose(np.ptp(points, axis=0), (1, 4, 2), atol=1e-5)
 
 
-def test_what_was_open_is_discarded(tmp_path):
+def test_the_current_file_is_discarded(tmp_path):
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     bpy.ops.mesh.primitive_cube_add()
     save_obj(str(tmp_path / "room.obj"))
@@ -82,7 +82,7 @@ def test_what_was_open_is_discarded(tmp_path):
         ("empty.obj", b"", "cannot be read"),
     ],
 )
-def test_bad_files_are_named_in_one_sentence(tmp_path, name, content, words):
+def test_invalid_files_raise_one_sentence(tmp_path, name, content, words):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(SampError) as error:

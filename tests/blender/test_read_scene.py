@@ -1,4 +1,4 @@
-"""Blender's scene to triangles: what counts as scene, what as furniture, and what is refused."""
+"""Reading Blender's scene as triangles: contents of the scene, targets, and errors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def middle(triangles):
     return (points.min(0) + points.max(0)) / 2
 
 
-def test_axes_are_turned_into_the_network_frame():
+def test_axes_of_the_network_frame():
     add("Box", location=(1, 2, 3), scale=(2, 4, 6))
     scene = read_scene.read_scene(bpy.context)
     assert scene.names == ("Box",) and len(scene) == 12
@@ -105,7 +105,7 @@ def hidden_inside_a_collection_instance():
         hidden_inside_a_collection_instance,
     ],
 )
-def test_what_no_render_shows_is_left_out(arrange):
+def test_objects_not_rendered_are_left_out(arrange):
     add("Seen", location=(9, 0, 0))
     arrange()
     bpy.context.view_layer.update()
@@ -188,7 +188,7 @@ def by_edit_mode():
         by_edit_mode,
     ],
 )
-def test_what_is_shown_is_read_as_it_is_shown(arrange):
+def test_visible_objects_are_read_as_evaluated(arrange):
     name, count, size = arrange()
     bpy.context.view_layer.update()
     scene = read_scene.read_scene(bpy.context)
@@ -197,7 +197,7 @@ def test_what_is_shown_is_read_as_it_is_shown(arrange):
         np.testing.assert_allclose(extent(scene.of([name])), size, atol=1e-5)
 
 
-def test_mirrored_objects_keep_their_outside():
+def test_mirrored_objects_keep_outward_normals():
     add("X", scale=(-1, 1, 1))
     triangles = read_scene.read_scene(bpy.context).triangles
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -260,7 +260,7 @@ def whole_metres():
         (lambda: add("Sofa"), 0.0),
     ],
 )
-def test_how_far_an_object_yields(arrange, depth):
+def test_cushion_depth(arrange, depth):
     add("Lamp", location=(5, 0, 0))
     arrange()
     bpy.context.view_layer.update()
@@ -271,13 +271,13 @@ def test_how_far_an_object_yields(arrange, depth):
 
 
 @pytest.mark.parametrize("depth", ["soft", float("nan"), -0.1])
-def test_a_cushion_that_is_no_length_is_named(depth):
+def test_invalid_cushion_depth_raises(depth):
     soft(add("Sofa"), depth)
-    with pytest.raises(SampError, match="'Sofa' is not a length"):
+    with pytest.raises(SampError, match="'Sofa' is not a valid length"):
         read_scene.cushion_depths(bpy.context, ["Sofa"])
 
 
-def test_an_empty_scene_yields_nowhere():
+def test_cushion_depths_of_an_empty_scene():
     assert read_scene.cushion_depths(bpy.context, []).shape == (0,)
 
 
@@ -371,7 +371,7 @@ def bad_scaled_to_nothing():
     "arrange",
     [bad_unknown, bad_empty_mesh, bad_empty, bad_hidden, bad_not_rendered, bad_nan, bad_scaled_to_nothing],
 )
-def test_what_cannot_be_a_target_is_named(arrange):
+def test_invalid_targets_raise(arrange):
     add("Lamp", location=(5, 0, 0))
     name, words = arrange()
     bpy.context.view_layer.update()
@@ -392,7 +392,7 @@ def test_flat_furniture_is_read():
     assert len(read_scene.read_target(bpy.context, "Rug").triangles) == 12
 
 
-def test_reading_leaves_the_scene_as_it_was():
+def test_reading_does_not_change_the_scene():
     obj = add("Sofa")
     obj.modifiers.new("Subdivision", "SUBSURF")
     before = (len(bpy.data.meshes), len(bpy.data.objects), len(obj.data.vertices))

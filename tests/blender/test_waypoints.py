@@ -1,4 +1,4 @@
-"""Way-points on the floor, how fast a take is, and what a watcher is shown."""
+"""Way-points on the floor, speed and style of takes, and previews."""
 
 import json
 
@@ -29,7 +29,7 @@ def context():
 
 
 def walked(request, seconds=2.0):
-    """A body that is at once where it was sent."""
+    """Return motions that reach their goal at once."""
     frames = round((seconds + request.hold_seconds) * 30) + 1
     rotations = np.tile([1.0, 0, 0, 0], (frames, 22, 1))
     root = np.tile(request.goal.position + [0.0, planning.standing_height(), 0.0], (frames, 1))
@@ -37,12 +37,12 @@ def walked(request, seconds=2.0):
 
 
 def made(job, **situation):
-    """The requests and takes of a job on an empty floor."""
+    """Return the requests and takes of a job on an empty floor."""
     seen = []
 
-    def generate(requests, told):
+    def generate(requests, report):
         seen.extend(requests)
-        progress.show(told, walked(requests[0]))
+        progress.show(report, walked(requests[0]))
         return [walked(request) for request in requests]
 
     scene = SceneGeometry(FLOOR, np.zeros(len(FLOOR), int), ["Floor"])
@@ -54,7 +54,7 @@ def made(job, **situation):
     return seen, takes
 
 
-def test_the_way_passes_the_artists_places():
+def test_path_passes_the_way_points():
     via = [np.array([-2.0, 0.0, 2.0]), np.array([2.0, 0.0, 2.0])]
     seen, takes = made(Job(action="walk", to=(2.0, 0.0, 0.0)), via=via)
     for place in via:
@@ -64,49 +64,49 @@ def test_the_way_passes_the_artists_places():
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
-def test_speed_is_the_motions_not_the_holds(speed):
+def test_speed_scales_the_motion_but_not_the_hold(speed):
     _, takes = made(Job(action="walk", to=(2.0, 0.0, 0.0), speed=speed, hold=1.0))
     assert takes[0].motion.seconds == pytest.approx(2.0 / speed + 1.0, abs=0.05)
     assert takes[0].motion.fps == 30.0
 
 
-def test_style_reaches_the_network():
+def test_style_is_passed_to_the_network():
     assert made(Job(action="walk", to=(2.0, 0.0, 0.0), style=0.4))[0][0].style == 0.4
 
 
 @pytest.mark.parametrize("options", [{"style": -0.1}, {"style": 2.0}, {"speed": 0.1}, {"speed": 9.0},
                                      {"via": ((1.0, 2.0),)}, {"via": ((1.0, 2.0, float("nan")),)}])  # fmt: skip
-def test_what_cannot_be_used_is_refused(options):
+def test_invalid_options_raise(options):
     with pytest.raises(UsageError, match="--" + next(iter(options))):
         Job(action="walk", to=(0.0, 0.0, 0.0), **options)
 
 
-@pytest.mark.parametrize("told", [[1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]])
-def test_places_come_flat_or_one_by_one(told):
-    line = json.dumps({"action": "walk", "to": [0, 0, 0], "via": told, "output": "a.blend"})
+@pytest.mark.parametrize("via", [[1, 2, 3, 4, 5, 6], [[1, 2, 3], [4, 5, 6]]])
+def test_via_is_flat_or_nested(via):
+    line = json.dumps({"action": "walk", "to": [0, 0, 0], "via": via, "output": "a.blend"})
     made_ = order(jobs_file.options(line, {}))
     assert made_.job.via == ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
 
 
-def test_waypoints_are_read_where_they_were_dragged_to(context):
-    assert waypoints.places(context) == []
+def test_positions_of_moved_way_points(context):
+    assert waypoints.positions(context) == []
     first, second = waypoints.add(context, (1, 2, 0)), waypoints.add(context, (3, 4, 0))
     first.location.x = 5.0
     context.view_layer.update()
-    np.testing.assert_allclose(waypoints.places(context), [[5.0, 0.0, -2.0], [3.0, 0.0, -4.0]], atol=1e-6)
+    np.testing.assert_allclose(waypoints.positions(context), [[5.0, 0.0, -2.0], [3.0, 0.0, -4.0]], atol=1e-6)
     second.hide_set(True)
-    assert len(waypoints.places(context)) == 1
+    assert len(waypoints.positions(context)) == 1
     assert waypoints.clear(context) == 2 and not bpy.data.objects
     assert not any(c.name.startswith(waypoints.COLLECTION) for c in bpy.data.collections)
 
 
-def test_parts_of_work_tell_and_show_the_whole():
+def test_parts_report_progress_to_the_whole():
     class Whole:
         def __init__(self):
-            self.told, self.seen = [], []
+            self.reports, self.seen = [], []
 
         def __call__(self, stage, share):
-            self.told.append((stage, share))
+            self.reports.append((stage, share))
 
         def show(self, motion):
             self.seen.append(motion)
@@ -116,4 +116,4 @@ def test_parts_of_work_tell_and_show_the_whole():
     stage(0.5)
     progress.show(stage, motion)
     progress.show(lambda share: None, motion)
-    assert whole.told == [("Moving", 0.75)] and whole.seen == [motion]
+    assert whole.reports == [("Moving", 0.75)] and whole.seen == [motion]

@@ -130,7 +130,7 @@ def test_geometry_replaces_a_network_whose_samples_are_useless(sofa, monkeypatch
         def decode(self, condition, z):
             return torch.tensor([[5.0, 0, 5.0, 0, 0, 1.0]])
 
-    monkeypatch.setattr(sampling, "_network", lambda: Nonsense().eval())
+    monkeypatch.setattr(sampling, "load_goal_net", lambda: Nonsense().eval())
     drawn = sampling.draw_goals(sofa, "sit", 3, seed=0)
     assert drawn.by_geometry == 3 and drawn.rejected > 3
     assert all(on_the_surface(sofa, goal) for goal in drawn.goals)
@@ -157,8 +157,7 @@ def test_missing_and_damaged_weights_are_errors(tmp_path, monkeypatch, sofa):
     path.write_bytes(path.read_bytes()[:-1] + b"?")
     with pytest.raises(weights.WeightsError, match="damaged"):
         weights.load_weights("goal_net", tmp_path)
-    sampling._network.cache_clear()
-    monkeypatch.setattr(goal_net, "load", lambda: weights.load_weights("goal_net", tmp_path))
+    monkeypatch.setattr(weights, "FOLDER", tmp_path)
     with pytest.raises(SampError, match="damaged"):
         sampling.sample_goals(sofa, "sit")
 

@@ -11,6 +11,7 @@ import pytest
 import rooms
 import samp_blender
 from samp_blender.samp_addon.batch import command_line, main
+from samp_blender.samp_addon.blender.actions import notes
 from samp_blender.samp_addon.blender.takes import take_list
 from samp_blender.samp_addon.errors import UsageError
 from samp_blender.samp_addon.methods import registry
@@ -144,7 +145,7 @@ def test_the_panel_the_list_measures_refinement_and_export(addon, room, tmp_path
     assert method.moods == ["sad"]
     person = settings.character
     (take,) = take_list.takes()
-    assert take.name == "Bounce 0" and "foot_slide_cm_s" in take_list.measures(take)
+    assert take.name == "Bounce 0" and "foot_slide_cm_s" in notes.read_measures(take)
     assert bpy.ops.samp.measure(character=person.name) == {"FINISHED"}
     assert bpy.ops.samp.export_npz(filepath=str(tmp_path / "take.npz"), character=person.name) == {"FINISHED"}
     with np.load(tmp_path / "take.npz") as data:

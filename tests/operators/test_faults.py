@@ -1,4 +1,4 @@
-"""What an artist's file can be like: it works, or one clear sentence says what to do; nothing of theirs changes."""
+"""Faulty files and scenes: success, or one clear sentence that says what to do; the artist's data do not change."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _registered():
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """The room as a file, and where its human stands."""
+    """The room as a file, and the human's location and yaw."""
     path = tmp_path_factory.mktemp("room") / "room.blend"
     return path, faults.build(path)
 
@@ -44,7 +44,7 @@ def room(saved, tmp_path):
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_it_works_or_says_what_to_do(room, case, monkeypatch):
+def test_success_or_clear_message(room, case, monkeypatch):
     if not case.networks:
         monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
         monkeypatch.setattr(goals, "sample_goals", fakes.sample_goals)

@@ -1,4 +1,4 @@
-"""The sidebar without a window: what its panels draw, and how long that takes."""
+"""The sidebar without a window: contents of its panels, and operators of its lists."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import pytest
 import samp_blender
 from samp_blender.operators.refine import SAMP_OT_refine
 from samp_blender.samp_addon.blender import running_work
-from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
-from samp_blender.samp_addon.blender.takes import export, take_list
+from samp_blender.samp_addon.blender.takes import export
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel
 from samp_blender.tests.support import rigs
 
@@ -33,12 +33,12 @@ def _room():
 
 
 def baked(owner):
-    """A take on a character."""
+    """Bake a take onto a character."""
     return keyframes.write_motion(owner, rigs.take(20), "take")
 
 
 class Layout:
-    """What a panel draws on: notes the names, and that they exist."""
+    """Stand-in for a layout: records names and checks that they exist."""
 
     def __init__(self):
         self.drawn = []
@@ -74,7 +74,7 @@ class Layout:
 
 
 class _Options:
-    """The properties of a drawn button: only those that the operator has can be set."""
+    """Properties of a drawn button: only those of the operator can be set."""
 
     def __init__(self, known):
         object.__setattr__(self, "known", known)
@@ -95,18 +95,18 @@ ALL = (*panel.CLASSES, *panel.LATER, *panel.LAST, lists.SAMP_PT_takes, *lists.LA
 @pytest.mark.parametrize(
     ("action", "word"), [("sit", "Sit Here"), ("lie", "Lie Here"), ("walk", "Walk Here"), ("run", "Run Here")]
 )
-def test_the_button_says_what_it_will_do(action, word):
+def test_button_label_follows_the_action(action, word):
     bpy.context.scene.samp.action = action
     assert f"samp.generate {word}" in drawn(panel.SAMP_PT_panel)
 
 
-def test_the_button_is_grey_without_a_seat_and_says_why():
+def test_button_is_disabled_with_a_reason_without_a_seat():
     settings = bpy.context.scene.samp
     assert bpy.ops.samp.generate.poll()
     bpy.context.view_layer.objects.active = None
     bpy.data.objects["Sofa"].select_set(False)
     assert not bpy.ops.samp.generate.poll()
-    with pytest.raises(RuntimeError, match="Click what to sit on, or choose a target"):
+    with pytest.raises(RuntimeError, match="Select the furniture to sit on, or choose a target"):
         bpy.ops.samp.generate()
     settings.target = bpy.data.objects["Sofa"]
     assert bpy.ops.samp.generate.poll()
@@ -114,11 +114,13 @@ def test_the_button_is_grey_without_a_seat_and_says_why():
     assert bpy.ops.samp.generate.poll()
 
 
-def test_while_something_is_made_there_is_progress_and_a_cancel_button(monkeypatch):
+def test_progress_and_cancel_button_while_work_is_running(monkeypatch):
     work = RunningWork("Generate Takes", "Moving", 0.25)
     monkeypatch.setattr(running_work, "current", lambda: work)
-    told = drawn(panel.SAMP_PT_panel)
-    assert told[-2:] == ["Generate Takes: Moving 0.25", "samp.stop"] and "samp.generate Sit Here" not in told
+    shown = drawn(panel.SAMP_PT_panel)
+    assert (
+        shown[-2:] == ["Generate Takes: Moving 0.25", "samp.stop"] and "samp.generate Sit Here" not in shown
+    )
 
 
 def test_refine_shows_its_options_and_the_cushion():
@@ -131,16 +133,16 @@ def test_refine_shows_its_options_and_the_cushion():
     }  # fmt: skip
 
 
-def test_a_chosen_take_tells_its_measures():
+def test_measures_of_the_active_take():
     owner = character.create_character(bpy.context)
     action = baked(owner)
-    take_list.remember_measures(action, {"position_error_cm": 1.0}, {"position_error_cm": 3.0})
+    notes.write_measures(action, {"position_error_cm": 1.0}, {"position_error_cm": 3.0})
     other = baked(owner)
     settings = bpy.context.scene.samp
     settings.character = owner
     assert settings.take_index == bpy.data.actions.find(other.name)
     settings.take_index = bpy.data.actions.find(action.name)
-    assert "From the goal: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(lists.SAMP_PT_takes)
+    assert "Position Error: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(lists.SAMP_PT_takes)
     assert owner.animation_data.action == action
 
 
@@ -158,16 +160,26 @@ def test_every_panel_draws(kind, fill):
     assert drawn(kind) or kind is panel.SAMP_PT_panel
 
 
-def test_the_bone_table_is_drawn_where_there_is_one():
+# Buttons whose text depends on their options.
+OWN_TEXT = ("samp.generate ", "samp.export_take ", "samp.star_take ")
+
+
+@pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.__name__)
+def test_button_texts_equal_operator_labels(kind):
+    buttons = [name for name in drawn(kind) if name.startswith("samp.")]
+    assert [name for name in buttons if " " in name and not name.startswith(OWN_TEXT)] == []
+
+
+def test_bone_table_is_drawn_if_filled():
     owner = rigs.make("meshcapade")
     bpy.context.view_layer.objects.active = owner
     assert drawn(lists.SAMP_PT_rig) == ["samp.carry_to_rig", "samp.guess_rig_map"]
-    row = getattr(owner, lists.rig_table.TABLE).add()
+    row = getattr(owner, lists.bone_table.TABLE).add()
     row.joint = "pelvis"
     assert drawn(lists.SAMP_PT_rig)[-1] == "SAMP_UL_rig_map"
 
 
-def test_the_chain_is_edited():
+def test_steps_are_edited():
     settings = bpy.context.scene.samp
     change = lambda what: bpy.ops.samp.edit_chain(change=what)
     assert not bpy.ops.samp.bake_chain.poll()
@@ -181,7 +193,7 @@ def test_the_chain_is_edited():
     change("DOWN")
     change("REMOVE")
     assert steps() == [("sit", "Sofa")]
-    job = job_from_settings.chain(bpy.context)
+    job = job_from_settings.job_of_steps(bpy.context)
     assert (job.action, job.target, job.then) == ("sit", "Sofa", ())
 
 
@@ -208,7 +220,7 @@ def test_takes_are_starred_pushed_down_and_deleted():
 
 
 @pytest.mark.parametrize("kind", ["NPZ", "FBX", "GLTF", "USD", "BVH"])
-def test_a_take_is_exported_and_the_selection_stays(kind, tmp_path):
+def test_export_keeps_the_selection(kind, tmp_path):
     owner = character.create_character(bpy.context)
     action = baked(owner)
     sofa = bpy.data.objects["Sofa"]
@@ -224,13 +236,13 @@ def test_a_take_is_exported_and_the_selection_stays(kind, tmp_path):
     assert owner.animation_data.action == action
 
 
-def test_a_folder_that_is_not_there_is_told(tmp_path):
+def test_export_to_a_missing_folder_raises(tmp_path):
     baked(character.create_character(bpy.context))
     with pytest.raises(RuntimeError, match="choose another file|cannot be written"):
         bpy.ops.samp.export_take(filepath=str(tmp_path / "none" / "deep" / "take"), kind="BVH")
 
 
-def test_what_was_drawn_is_cleared():
+def test_overlays_are_cleared():
     bpy.ops.samp.add_waypoint()
     bpy.ops.samp.add_waypoint()
     assert bpy.ops.samp.clear_overlays(what="GOALS") == {"FINISHED"} and len(bpy.data.objects) == 3

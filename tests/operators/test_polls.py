@@ -1,4 +1,4 @@
-"""The zip that an artist installs: every operator answers whether it can run, everywhere, runs, fails and undoes."""
+"""The installed zip: every operator polls in every mode, runs or reports an error, and undoes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BUILDER = Path(bpy.utils.system_resource("SCRIPTS")) / "addons_core" / "bl_pkg" 
 
 @pytest.fixture(scope="module")
 def facts(tmp_path_factory) -> dict:
-    """What poll_everywhere.py tells of the zip, installed in a Blender of its own."""
+    """Output of poll_everywhere.py for the zip, installed in a separate Blender."""
     folder = tmp_path_factory.mktemp("package")
     command = [sys.executable, str(BUILDER), "build", "--source-dir", str(ROOT), "--output-dir", str(folder)]
     subprocess.run(command, check=True, capture_output=True)
@@ -47,34 +47,34 @@ def test_every_mode_and_every_kind_of_object_was_tried(facts):
     }
 
 
-def test_every_poll_answers(facts):
+def test_polls_return_bool(facts):
     wrong = {name: place["wrong"] for name, place in facts["places"].items() if place["wrong"]}
     assert wrong == {}
 
 
-def test_polls_say_no_outside_of_object_and_pose_mode(facts):
-    """What changes keyframes or objects cannot run while the artist edits; the tooltip says what to do."""
+def test_polls_fail_outside_of_object_and_pose_mode(facts):
+    """Operators that change keyframes or objects cannot run in other modes."""
     for name, place in facts["places"].items():
         for operator in ("sit_here", "lie_here", "walk_here", "refine", "bake", "create_character"):
             if place["mode"] not in ("OBJECT", "POSE"):
                 assert place["polls"][operator] is False, (name, operator)
 
 
-def test_every_operator_was_pressed_and_none_fell_over(facts):
-    """Pressed with its defaults in every place where its poll says yes: done, or one sentence."""
+def test_operators_finish_or_report_one_sentence(facts):
+    """Run with defaults wherever the poll allows it."""
     wrong = {
-        f"{operator} {place}": told
+        f"{operator} {place}": message
         for place, answers in facts["pressed"].items()
-        for operator, told in answers.items()
-        if "Traceback" in told or told.strip().count("\n")
+        for operator, message in answers.items()
+        if "Traceback" in message or message.strip().count("\n")
     }
     assert wrong == {}
     assert len(facts["pressed"]) >= 5 and all(facts["pressed"].values())
 
 
 @pytest.mark.parametrize("operator", OPERATORS)
-def test_it_undoes(facts, operator):
-    """One undo after a press leaves the file as it was before."""
+def test_undo_restores_the_file(facts, operator):
+    """One undo restores the file."""
     if operator not in facts["undone"]:
         pytest.skip("it changes nothing in the room of this test, or cannot run there")
     assert facts["undone"][operator] == []

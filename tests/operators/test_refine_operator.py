@@ -1,4 +1,4 @@
-"""Refine in Blender: a new Action beside the old one, which stays as it was; the optimiser is stood in for."""
+"""Refinement of an Action with a fake optimiser: a new Action is added and the source does not change."""
 
 from __future__ import annotations
 
@@ -15,10 +15,9 @@ import samp_blender
 from samp_blender.operators import refine as operator
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.blender import compat
-from samp_blender.samp_addon.blender.actions import keyframes, refine_action, rekeying
+from samp_blender.samp_addon.blender.actions import keyframes, notes, refine_action, rekeying
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.scene import read_scene
-from samp_blender.samp_addon.blender.takes import measure
 from samp_blender.samp_addon.blender.thread_run import Cancelled
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.motion import Goal, Motion
@@ -45,17 +44,17 @@ def _fake_optimiser(monkeypatch):
 
 @pytest.fixture
 def owner():
-    """A human with a take in a room."""
+    """Add a human with a take to a room."""
     rigs.reset()
     rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
     made = character.create_character(bpy.context)
     keyframes.write_motion(made, take(), "Take")
-    measure.remember_goal(made.animation_data.action, Goal(np.array([0, 0.9, 1]), np.array([0, 0, 1.0])))
+    notes.write_goal(made.animation_data.action, Goal(np.array([0, 0.9, 1]), np.array([0, 0, 1.0])))
     return made
 
 
 def take(**changes):
-    """Somebody who sways on the spot, bending the knees."""
+    """Return a motion that sways in place with bending knees."""
     at = np.arange(FRAMES) / 30
     quats = np.tile([1.0, 0, 0, 0], (FRAMES, 22, 1))
     for side in ("left", "right"):
@@ -70,12 +69,12 @@ def action_of(owner):
 
 
 def kept(action, owner):
-    """All that an Action holds for an armature, bit for bit."""
+    """Return the content of an Action for an armature, bit for bit."""
     curves = []
     for curve in compat.curves(action, owner):
         keys = rekeying._Keys.of(curve).values
-        told = [(name, value.tobytes()) for name, value in keys.items()]
-        curves.append((curve.data_path, curve.array_index, curve.extrapolation, len(curve.modifiers), told))
+        data = [(name, value.tobytes()) for name, value in keys.items()]
+        curves.append((curve.data_path, curve.array_index, curve.extrapolation, len(curve.modifiers), data))
     notes = {key: str(getattr(value, "to_dict", lambda v=value: v)()) for key, value in action.items()}
     return action.name, curves, notes
 
@@ -89,7 +88,7 @@ def run(**options):
     return refine_action.run(bpy.context, **options)
 
 
-def test_a_new_action_beside_the_old_one(owner):
+def test_new_action_and_unchanged_source(owner):
     old = action_of(owner)
     before, shown = kept(old, owner), keyframes.read_motion(owner, old)
     new = run().action
@@ -100,11 +99,11 @@ def test_a_new_action_beside_the_old_one(owner):
     wanted = fakes.refine(shown, SimpleNamespace(triangles=[0])).motion
     np.testing.assert_allclose(again.root, wanted.root, atol=1e-5)
     assert np.abs(np.sum(again.rotations * wanted.rotations, axis=-1)).min() > 1 - 1e-9
-    assert measure.remembered_goal(new).position == pytest.approx([0, 0.9, 1])
+    assert notes.read_goal(new).position == pytest.approx([0, 0.9, 1])
     assert (new["samp"]["frame_end"], tuple(new.frame_range)) == (FRAMES, (1, FRAMES))
 
 
-def test_what_was_not_changed_keeps_its_keys(owner):
+def test_unchanged_channels_keep_their_keys(owner):
     right = 'pose.bones["right_knee"].rotation_quaternion'
     old, new = action_of(owner), run().action
     for path, same in ((right, True), (KNEE, False)):
@@ -112,7 +111,7 @@ def test_what_was_not_changed_keeps_its_keys(owner):
         assert ([c for c in pair[0] if c[0] == path] == [c for c in pair[1] if c[0] == path]) is same
 
 
-def test_an_action_is_named_and_another_one_is_active(owner):
+def test_named_action_that_is_not_active(owner):
     keyframes.write_motion(owner, take(), "Other")
     result = run(action_name="Take", character="Human")
     assert (result.action.name, action_of(owner)) == ("Take refined", result.action)
@@ -120,7 +119,7 @@ def test_an_action_is_named_and_another_one_is_active(owner):
 
 
 @pytest.mark.skipif(not compat.SLOTTED, reason="before Blender 4.4 no Action holds curves for two")
-def test_an_action_shared_with_another_character(owner):
+def test_action_shared_with_another_character(owner):
     other = character.create_character(bpy.context, name="Other")
     action = keyframes.write_motion(other, take(), "Both")
     writer = compat.CurveWriter(action, owner)
@@ -151,7 +150,7 @@ def test_names_are_unique_and_not_too_long(owner, name):
 
 
 def hand_keyed(interpolation="BEZIER", every=7.0):
-    """The take as an artist keys it: here and there, not always on whole frames."""
+    """Replace the keys by sparse ones, some between frames."""
 
     def arrange(owner):
         for curve in compat.curves(action_of(owner), owner):
@@ -202,7 +201,7 @@ def note_keys(owner, path, at):
     ],
     ids=["every frame", "sparse", "sub-frames", "linear", "constant", "cycles", "straight on"],
 )
-def test_a_part_is_changed_and_fades_into_the_rest(owner, arrange, part):
+def test_part_is_faded_into_the_rest(owner, arrange, part):
     arrange(owner)
     old = action_of(owner)
     before, start, end = kept(old, owner), *part
@@ -216,13 +215,13 @@ def test_a_part_is_changed_and_fades_into_the_rest(owner, arrange, part):
     assert np.abs(two.rotations - one.rotations)[outside].max() < 1e-5
     assert change.max() == pytest.approx(fakes.RAISED if end - start > 10 else change.max(), abs=1e-5)
     assert np.abs(np.diff(change)).max() < fakes.RAISED / 3
-    # At an end where the Action ends, the change does not fade.
+    # No fade at the ends of the Action.
     assert change[0] == pytest.approx(fakes.RAISED if start == 1 else 0, abs=1e-5)
     assert change[-1] == pytest.approx(fakes.RAISED if end == FRAMES else 0, abs=1e-5)
 
 
 @pytest.mark.parametrize("arrange", [hand_keyed(), hand_keyed("LINEAR"), hand_keyed("CONSTANT")])
-def test_far_from_the_part_keys_and_what_lies_between_them_stay(owner, arrange):
+def test_keys_and_values_outside_the_part_do_not_change(owner, arrange):
     arrange(owner)
     old = action_of(owner)
     new = run(frame_start=30, frame_end=40).action
@@ -237,16 +236,16 @@ def test_far_from_the_part_keys_and_what_lies_between_them_stay(owner, arrange):
 
 
 @pytest.mark.parametrize(("part", "aimed"), [((1, 40), False), ((30, FRAMES), True), ((None, None), True)])
-def test_the_goal_counts_where_the_part_holds_the_takes_end(owner, part, aimed):
+def test_goal_is_used_if_the_part_includes_the_end(owner, part, aimed):
     note_keys(owner, 'pose.bones["jaw"].location', (1, FRAMES + 30))
     plan = refine_action.read(bpy.context, "", "", *part)
     assert (plan.goal is not None) is aimed
 
 
-# ------------------------------------------------------------- what a Motion does not know
+# --------------------------------------------------------------- channels outside the Motion
 
 
-def test_other_bones_and_channels_are_carried_over(owner):
+def test_other_bones_and_channels_are_copied(owner):
     bpy.ops.object.mode_set(mode="EDIT")
     hat = owner.data.edit_bones.new('a "hat"')
     hat.head, hat.tail, hat.parent = (0, 0, 1.8), (0, 0, 2), owner.data.edit_bones["head"]
@@ -287,7 +286,7 @@ def test_any_rig_with_a_moving_root_bone(family, mode):
     new = run(frame_start=15, frame_end=45).action
     after = keyframes.read_motion(rig, new)
     assert [c for c in kept(new, rig)[1] if '"root"' in c[0]] == moved
-    weights = rekeying.fade(31, True, True, 30)
+    weights = rekeying.fade_weights(31, True, True, 30)
     wanted = before.root.copy()
     wanted[14:45, 1] += fakes.RAISED * weights
     np.testing.assert_allclose(after.root, wanted, atol=2e-5)
@@ -295,7 +294,7 @@ def test_any_rig_with_a_moving_root_bone(family, mode):
     assert np.abs(rigs.world_joints(rig, 30) - joints[29, :22]).max() < 2e-5
 
 
-def test_a_curve_is_made_where_there_was_none(owner):
+def test_missing_curves_are_added(owner):
     slot = getattr(owner.animation_data, "action_slot", None)  # there are none before Blender 4.4
     writer = compat.CurveWriter(action_of(owner), owner, slot)
     for index in range(4):
@@ -309,7 +308,7 @@ def test_a_curve_is_made_where_there_was_none(owner):
     )
 
 
-# ------------------------------------------------------------------------- what goes wrong
+# --------------------------------------------------------------------------------- errors
 
 
 def broken(value, field="co"):
@@ -349,16 +348,20 @@ def empty_scene(owner):
         (broken(np.nan, "handle_left"), {}, "'left_knee' in frame 12"),
         (broken(np.nan), {"frame_start": 40, "frame_end": 50}, "'left_knee' in frame 12"),
         (no_action, {}, "has no Action"),
-        (no_bones, {}, "moves no bone of 'Human'"),
-        (moving_object, {}, "moves the object 'Human' itself"),
+        (no_bones, {}, "animates no bone of 'Human'"),
+        (moving_object, {}, "animates the object 'Human' itself"),
         (empty_scene, {}, "Nothing stands near"),
         (lambda owner: None, {"action_name": "Dance"}, "no Action 'Dance'"),
         (lambda owner: None, {"character": "Bob"}, "no object 'Bob'"),
-        (lambda owner: None, {"frame_start": 100, "frame_end": 120}, "has none; choose some from 1 to 60"),
-        (lambda owner: None, {"frame_start": 30, "frame_end": 20}, "has none"),
+        (
+            lambda owner: None,
+            {"frame_start": 100, "frame_end": 120},
+            "this range; choose frames from 1 to 60",
+        ),
+        (lambda owner: None, {"frame_start": 30, "frame_end": 20}, "no frames in this range"),
     ],
 )
-def test_what_goes_wrong_is_one_sentence_and_changes_nothing(owner, arrange, options, reason):
+def test_errors_are_one_sentence_and_change_nothing(owner, arrange, options, reason):
     arrange(owner)
     before = [kept(action, owner) for action in bpy.data.actions]
     active = action_of(owner)
@@ -382,18 +385,18 @@ def test_a_failure_while_writing_leaves_nothing_behind(owner, monkeypatch):
     assert list(bpy.data.actions) == [old] and kept(old, owner) == before and action_of(owner) == old
 
 
-def test_an_armature_without_a_body_says_so():
+def test_armature_without_a_mesh_is_reported():
     rigs.reset()
     rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
     rig = rigs.make("mpi", skeleton.default_rest_joints() * 1.1)
     keyframes.write_motion(rig, take())
     plan = refine_action.read(bpy.context)
-    assert plan.notes == ("'SMPLX' has no body surface; the default human was fitted to its bones.",)
+    assert plan.remarks == ("'SMPLX' has no body surface; the default human was fitted to its bones.",)
     np.testing.assert_allclose(plan.body.joints, skeleton.default_rest_joints() * 1.1, atol=1e-6)
-    assert plan.notes[0] in refine_action.sentence(run())
+    assert plan.remarks[0] in refine_action.sentence(run())
 
 
-def test_what_the_artist_is_told(owner):
+def test_summary(owner):
     result = run()
     assert refine_action.sentence(result) == (
         "'Take refined': deepest penetration 4.0 to 0.5 cm, foot slide 5.0 to 1.0 cm/s, contact 90.0 to 100.0 %. "
@@ -409,7 +412,7 @@ def test_what_the_artist_is_told(owner):
 # ------------------------------------------------------------------------------ the operator
 
 
-def test_the_operator_does_what_the_function_does(owner):
+def test_operator_equals_its_function(owner):
     old = action_of(owner)
     assert bpy.ops.samp.refine(use_range=True, frame_start=10, frame_end=50, strength=0.5) == {"FINISHED"}
     pressed = action_of(owner)
@@ -419,7 +422,7 @@ def test_the_operator_does_what_the_function_does(owner):
     assert old.name == "Take"
 
 
-def test_the_operators_options_reach_the_optimiser(owner, monkeypatch):
+def test_options_are_passed_to_the_optimiser(owner, monkeypatch):
     seen = []
 
     def listen(motion, surroundings, goal, body, settings, progress):
@@ -437,7 +440,7 @@ def test_the_operators_options_reach_the_optimiser(owner, monkeypatch):
     assert set(vars(Settings())) == {*operator.WEIGHTS, "strength"}
 
 
-def test_it_undoes_as_one_step(owner):
+def test_undo_is_one_step(owner):
     bpy.context.preferences.edit.use_global_undo = True
     bpy.ops.ed.undo_push(message="before")
     bpy.ops.samp.refine("EXEC_DEFAULT", True)
@@ -471,7 +474,7 @@ def test_stopping_leaves_nothing_behind(owner):
     assert len(bpy.data.actions) == 1 and kept(action_of(owner), owner) == before
 
 
-def test_escape_stops_the_operator(owner, monkeypatch):
+def test_escape_cancels(owner, monkeypatch):
     monkeypatch.setattr(optimiser, "refine", endless)
 
     class Pressed(operator.ThreadOperator):
@@ -498,7 +501,7 @@ def test_escape_stops_the_operator(owner, monkeypatch):
     assert (screen.timers, len(bpy.data.actions), made._run.done) == ([], 1, True)
 
 
-def test_beside_a_window_it_makes_the_same_and_a_lost_action_says_so(owner):
+def test_thread_makes_the_same_and_reports_a_deleted_action(owner):
     started = refine_action.begin(bpy.context)
     wait_for(lambda: started.done)
     result = started.finish(bpy.context)
@@ -528,7 +531,7 @@ def click(*names):
         ((), None),
     ],
 )
-def test_a_seat_is_made_soft(owner, selected, softened):
+def test_cushion_depth_of_selected_seats(owner, selected, softened):
     click(*selected)
     if softened is None:
         with pytest.raises(RuntimeError, match="No furniture is selected"):
@@ -543,7 +546,7 @@ def test_a_seat_is_made_soft(owner, selected, softened):
     np.testing.assert_allclose(plan.surroundings.give, np.where(soft, 0.03, 0.0))
 
 
-def test_a_soft_seat_undoes_as_one_step(owner):
+def test_soft_seat_undo_is_one_step(owner):
     bpy.context.preferences.edit.use_global_undo = True
     click("Sofa")
     bpy.ops.ed.undo_push(message="before")

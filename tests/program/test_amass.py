@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from samp_blender.samp_addon import amass, frames, rotation
+from samp_blender.samp_addon import frames, rotation
+from samp_blender.samp_addon.body import amass
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.tests.support import rigs
 

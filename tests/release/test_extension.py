@@ -27,7 +27,8 @@ facts = {"torch": "torch" in sys.modules, "file": module.__file__}
 facts["operators"] = sorted(name for name in dir(bpy.ops.samp))
 facts["polls"] = {name: getattr(bpy.ops.samp, name).poll() for name in facts["operators"]}
 facts["create"] = list(bpy.ops.samp.create_character("EXEC_DEFAULT", name="Anna"))
-from bl_ext.user_default.samp.samp_addon import amass, motion, rotation
+from bl_ext.user_default.samp.samp_addon import motion, rotation
+from bl_ext.user_default.samp.samp_addon.body import amass
 import numpy as np
 still = np.tile([1.0, 0, 0, 0], (8, 22, 1))
 amass.write_amass(motion.Motion(np.tile([1.0, 0.9, 2.0], (8, 1)), still), npz_path)

@@ -82,7 +82,8 @@ def room(tmp_path_factory):
 @pytest.fixture
 def install(room, tmp_path):
     """Installs a zip where Python sees what Blender ships and nothing else; tells what came of pressing everything."""
-    from samp_blender.samp_addon import amass, motion, rotation
+    from samp_blender.samp_addon import motion, rotation
+    from samp_blender.samp_addon.body import amass
 
     still = rotation.about_y([0.0] * 8)[:, None].repeat(22, axis=1)
     amass.write_amass(motion.Motion(still[:, 0, :3] * 0, still), tmp_path / "in.npz")

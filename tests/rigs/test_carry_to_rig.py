@@ -309,16 +309,16 @@ def test_legs_that_are_too_short_are_told(source):
     rig = target("mixamo")
     rig.scale = rig.scale * 0.35
     result = carry_to_rig.carry_to_rig(bpy.context)
-    assert result.missed > 0.02 and "cm from its place" in carry_to_rig.sentence(result)
+    assert result.missed > 0.02 and "cm off its position" in carry_to_rig.sentence(result)
 
 
 def test_bones_with_constraints_are_told(source):
     rig = target("mixamo", dressed=False)
-    assert not carry_to_rig.carry_to_rig(bpy.context).held
+    assert not carry_to_rig.carry_to_rig(bpy.context).constrained
     rig.pose.bones["mixamorig:LeftHand"].constraints.new("COPY_ROTATION").target = source
     result = carry_to_rig.carry_to_rig(bpy.context)
-    assert result.held == ("mixamorig:LeftHand",)
-    assert "Constraints may hold mixamorig:LeftHand" in carry_to_rig.sentence(result)
+    assert result.constrained == ("mixamorig:LeftHand",)
+    assert "Constraints may override mixamorig:LeftHand" in carry_to_rig.sentence(result)
 
 
 def test_who_lies_keeps_the_legs_of_the_take(source):
@@ -398,7 +398,7 @@ def test_rigify_is_switched_to_fk_in_the_action_only(source):
     for bone in ("thigh_parent.L", "thigh_parent.R", "upper_arm_parent.L", "upper_arm_parent.R"):
         assert f'pose.bones["{bone}"]["IK_FK"]' in paths
     assert 'pose.bones["torso"]["neck_follow"]' in paths
-    assert result.switched == 10 and "switched to FK" in carry_to_rig.sentence(result)
+    assert result.switched == 10 and "switches its limbs to FK" in carry_to_rig.sentence(result)
     bpy.context.scene.frame_set(5)
     assert rig.pose.bones["thigh_parent.L"]["IK_FK"] == 1.0
 

@@ -1,4 +1,4 @@
-"""Odd characters: linked, overridden, locked, scaled, posed, shared, of another rig, gone while the thread works."""
+"""Faults of characters: linked, overridden, locked, scaled, posed, shared, or of another rig."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ CHARACTER_NAMES = {
 
 
 def change(act: Callable[[bpy.types.Object], object]):
-    """Does something to the human."""
+    """Return a change of the human."""
     return lambda room: act(room.owner)
 
 
 def library(room: Room) -> bpy.types.Object:
-    """The human comes from another file."""
+    """Link the human from another file."""
     path = room.files / "people.blend"
     bpy.data.libraries.write(str(path), {room.owner, *room.owner.children})
     for thing in (*room.owner.children, room.owner):
@@ -46,7 +46,7 @@ def overridden(room: Room) -> None:
 
 
 def linked_action(room: Room) -> None:
-    """The human plays an Action of another file."""
+    """Give the human an Action linked from another file."""
     action, path = with_take(room), room.files / "actions.blend"
     bpy.data.libraries.write(str(path), {action})
     room.owner.animation_data.action = None
@@ -112,7 +112,7 @@ def bent_rest_pose(bones: bpy.types.ArmatureEditBones) -> None:
 
 
 def another_rig(room: Room) -> None:
-    """Clicked: an armature of one bone."""
+    """Add and activate an armature of one bone."""
     rig = add("armatures", "Rig", at=(3, 3, 0))
     activate(rig)
     bpy.ops.object.mode_set(mode="EDIT")
@@ -135,7 +135,7 @@ def second_human(room: Room) -> None:
 
 
 def meshcapade(room: Room) -> None:
-    """Only an armature in centimetres, lying on its back by its own axes."""
+    """Replace the human by an armature in centimetres with Y up."""
     place = room.owner.location.copy()
     for thing in (*room.owner.children, room.owner):
         bpy.data.objects.remove(thing)
@@ -143,7 +143,7 @@ def meshcapade(room: Room) -> None:
 
 
 def reaches(room: Room) -> None:
-    """Longer legs: the pelvis is higher than the takes', but on the seat."""
+    """Assert success with longer legs: the pelvis is higher than in the take, but on the seat."""
     assert measure.measure_take(bpy.context)[1]["success"] is True
 
 
@@ -172,20 +172,23 @@ def removed_action(room: Room) -> None:
 REFINE = press("refine")
 
 CASES = (
-    Case("linked character", lambda room: library(room), told="library override"),
+    Case("linked character", lambda room: library(room), message="library override"),
     Case("overridden character", overridden),
     Case("linked Action", linked_action),
     Case("locked and muted curves", locked_curves),
     Case("locked curves, refined", locked_curves, press=REFINE, changes=(r"actions/Old\.use_fake_user",)),
     Case("linked Action, refined", linked_action, press=REFINE),
-    Case("tweak mode of the NLA", tweaked, told="tweak mode"),
+    Case("tweak mode of the NLA", tweaked, message="tweak mode"),
     Case(
-        "tweak mode of the NLA, refined", tweaked, told="tweak mode", press=press("refine", action_name="Old")
+        "tweak mode of the NLA, refined",
+        tweaked,
+        message="tweak mode",
+        press=press("refine", action_name="Old"),
     ),
     Case("strips in the NLA", in_the_nla),
     Case("drivers on bones", with_drivers),
     Case("an Action shared with another character", shared_slot),
-    Case("two characters, none selected", second_human, told="several characters"),
+    Case("two characters, none selected", second_human, message="several characters"),
     Case(
         "two characters, one named",
         second_human,
@@ -195,39 +198,41 @@ CASES = (
     Case(
         "two characters, export",
         second_human,
-        told="several characters",
+        message="several characters",
         press=lambda room: bpy.ops.samp.export_npz("EXEC_DEFAULT", True, filepath=str(room.files / "a.npz")),
     ),
     Case(
         "a character that is not there",
         nothing,
-        told="no object 'Bob'",
+        message="no object 'Bob'",
         press=seated_on("Sofa", character="Bob"),
     ),
     Case(
         "a sofa as character",
         nothing,
-        told="'Sofa' is not an armature",
+        message="'Sofa' is not an armature",
         press=seated_on("Sofa", character="Sofa"),
     ),
     Case(
         "missing knee",
         edit_bones(without_knee),
-        told="'Human'.*left_knee",
+        message="'Human'.*left_knee",
         press=seated_on("Sofa", character="Human"),
     ),
-    Case("another rest pose", edit_bones(bent_rest_pose), told="rest pose of 'Human'"),
-    Case("another rig clicked, refined", another_rig, told="'Rig' is not an SMPL-X armature", press=REFINE),
-    Case("mirrored character", change(lambda owner: setattr(owner, "scale", (-1, 1, 1))), told="scale"),
+    Case("another rest pose", edit_bones(bent_rest_pose), message="rest pose of 'Human'"),
+    Case(
+        "another rig clicked, refined", another_rig, message="'Rig' is not an SMPL-X armature", press=REFINE
+    ),
+    Case("mirrored character", change(lambda owner: setattr(owner, "scale", (-1, 1, 1))), message="scale"),
     Case(
         "stretched character",
         change(lambda owner: setattr(owner, "scale", (1, 1, 2))),
-        told="apply its scale",
+        message="apply its scale",
     ),
     Case(
         "character scaled to nothing",
         change(lambda owner: setattr(owner, "scale", (0, 0, 0))),
-        told="scale of zero",
+        message="scale of zero",
     ),
     Case(
         "large character",
@@ -253,32 +258,32 @@ CASES = (
     Case(
         "no seed arrives",
         nothing,
-        told="stuck",
+        message="stuck",
         press=meanwhile(nothing, Job(action="sit", target="Sofa"), fakes.STUCK),
     ),
     Case(
         "refined, its Action deleted before",
         lambda room: (with_take(room), removed_action(room)),
-        told="no Action",
+        message="no Action",
         press=REFINE,
     ),
     Case(
         "refined, an Action that is not there",
         nothing,
-        told="no Action 'Dance'",
+        message="no Action 'Dance'",
         press=press("refine", action_name="Dance"),
     ),
-    Case("measured without a take", nothing, told="has no Action", press=press("measure")),
+    Case("measured without a take", nothing, message="has no Action", press=press("measure")),
     Case(
         "measured with an Action of 'Human' that is not there",
         nothing,
-        told="no Action 'Dance'",
+        message="no Action 'Dance'",
         press=press("measure", action_name="Dance"),
     ),
     Case(
-        "refined, frames that there are not",
+        "refined, frames outside the Action",
         with_take,
-        told="choose some from 1 to 40",
+        message="choose frames from 1 to 40",
         press=press("refine", use_range=True, frame_start=900, frame_end=901),
     ),
 )

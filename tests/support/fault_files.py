@@ -1,4 +1,4 @@
-"""Odd files: a full disk, folders that cannot be written, weights that are missing or damaged, broken takes."""
+"""Faults of files: a full disk, folders that cannot be written, broken takes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from faults import Case, Press, Room, bake_batch, nothing, press, with_take
-from samp_blender.samp_addon import amass
+from samp_blender.samp_addon.body import amass
 from samp_blender.tests.support import rigs
 
 BROKEN = {
@@ -23,7 +23,7 @@ BROKEN = {
 
 @contextlib.contextmanager
 def full_disk(size: int = 2000) -> Iterator[None]:
-    """No file of this process grows beyond this many bytes: writing ends as on a full disk."""
+    """Limit files of this process to ``size`` bytes: writes fail as on a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:
@@ -33,7 +33,7 @@ def full_disk(size: int = 2000) -> Iterator[None]:
 
 
 def on_full_disk(act: Press, size: int = 2000) -> Press:
-    """Presses while the disk is full; what was in the folder stays, and nothing half-written is left."""
+    """Press while the disk is full; existing files stay and no partial file is left."""
 
     def go(room: Room) -> None:
         before = listing(room.files)
@@ -57,7 +57,7 @@ def export(name: str) -> Press:
 
 
 def older_file(name: str) -> Press:
-    """A take, and a file of the name that it is exported to, which shall not be lost."""
+    """A take, and an existing file at the path of its export."""
 
     def arrange(room: Room) -> None:
         with_take(room)
@@ -67,7 +67,7 @@ def older_file(name: str) -> Press:
 
 
 def unwritable(room: Room) -> str:
-    """A folder that takes no files; root can write to any that is only marked so."""
+    """Return a folder that cannot be written; permissions do not stop root."""
     if os.geteuid() == 0:
         return "/proc/self"
     folder = room.files / "locked"
@@ -103,7 +103,7 @@ def half(room: Room) -> None:
 
 
 def changed(**parts: object) -> Press:
-    """A take's file with other content; None leaves a part out."""
+    """Write a take's file with other content; None removes an array."""
 
     def arrange(room: Room) -> None:
         path = amass.write_amass(rigs.take(10), room.files / "take.npz")
@@ -119,7 +119,7 @@ def changed(**parts: object) -> Press:
 
 
 def flipped(room: Room) -> None:
-    """A take's file in which one byte is wrong."""
+    """Write a take's file with one wrong byte."""
     path = amass.write_amass(rigs.take(60), room.files / "take.npz")
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 0xFF
@@ -130,17 +130,17 @@ NOT_NUMBERS = np.full((10, 165), np.nan, np.float32)
 
 
 def batch(**options: str) -> Press:
-    """The batch with files in the case's folder."""
+    """Return a run of the batch with files in the case's folder."""
     return lambda room: bake_batch(room, **{name: room.files / text for name, text in options.items()})
 
 
 def with_report(room: Room) -> None:
-    """Only the report is to be written."""
+    """Run the batch with a report only."""
     bake_batch(room, report=room.files / "r.json")
 
 
 def after_a_first_run(**options: str) -> Press:
-    """The room as a file for the batch, which has written these files before."""
+    """Save the room for the batch, with output files of an earlier run."""
 
     def arrange(room: Room) -> None:
         bpy.ops.wm.save_as_mainfile(filepath=str(room.files / "room.blend"), copy=True)
@@ -151,103 +151,117 @@ def after_a_first_run(**options: str) -> Press:
     return arrange
 
 
-# The batch opens the file in a process of its own: what counts is what lies on the disk.
+# The batch reopens the file: only the files on disk are compared.
 BATCH = (".*",)
 CASES = (
     Case(
-        "export to a full disk", with_take, told="cannot be written", press=on_full_disk(export("take.npz"))
+        "export to a full disk",
+        with_take,
+        message="cannot be written",
+        press=on_full_disk(export("take.npz")),
     ),
     Case(
         "export over an older file on a full disk",
         older_file("take.npz"),
-        told="cannot be written",
+        message="cannot be written",
         press=on_full_disk(export("take.npz")),
     ),
     Case(
-        "export to a folder that takes no files",
+        "export to a folder that cannot be written",
         with_take,
-        told="choose another folder",
+        message="choose another folder",
         press=export_unwritable,
     ),
     Case(
-        "export below a file", a_file_in_the_way, told="choose another folder", press=export("takes/take.npz")
+        "export below a file",
+        a_file_in_the_way,
+        message="choose another folder",
+        press=export("takes/take.npz"),
     ),
-    Case("export onto a folder", a_folder_in_the_way, told="choose another", press=export("take.npz")),
+    Case("export onto a folder", a_folder_in_the_way, message="choose another", press=export("take.npz")),
     Case(
         "export to a name with quotes and an emoji",
         with_take,
         press=export('Anna\'s "🛋" take.npz'),
         owner=None,
     ),
-    Case("export without a name", with_take, told="No file was named", press=press("export_npz")),
+    Case("export without a name", with_take, message="No file was named", press=press("export_npz")),
     Case(
         "batch to a full disk",
         after_a_first_run(output="out.blend"),
-        told="'.*out.blend' cannot be written",
+        message="'.*out.blend' cannot be written",
         press=on_full_disk(batch(output="out.blend")),
         changes=BATCH,
     ),
     Case(
         "batch with a report to a full disk",
         after_a_first_run(report="r.json"),
-        told="r.json' cannot be written",
+        message="r.json' cannot be written",
         press=on_full_disk(with_report, 200),
         changes=BATCH,
     ),
     Case(
         "batch with takes to a full disk",
         after_a_first_run(npz="takes"),
-        told="cannot be written",
+        message="cannot be written",
         press=on_full_disk(batch(npz="takes")),
         changes=BATCH,
     ),
     *(
-        Case(f"take with {what}", content(data), told="choose an AMASS", press=bake())
+        Case(f"take with {what}", content(data), message="choose an AMASS", press=bake())
         for what, data in BROKEN.items()
     ),
-    Case("half a take", half, told="choose an AMASS", press=bake()),
-    Case("take with a wrong byte", flipped, told="choose an AMASS|numbers|AMASS motion", press=bake()),
-    Case("take without poses", changed(poses=None, root_orient=None), told="needs poses", press=bake()),
-    Case("take with poses that are no numbers", changed(poses=NOT_NUMBERS), told="not numbers", press=bake()),
+    Case("half a take", half, message="choose an AMASS", press=bake()),
+    Case("take with a wrong byte", flipped, message="choose an AMASS|numbers|AMASS motion", press=bake()),
+    Case("take without poses", changed(poses=None, root_orient=None), message="needs poses", press=bake()),
+    Case("take with NaN poses", changed(poses=NOT_NUMBERS), message="not numbers", press=bake()),
     Case(
-        "take with a place that is no number",
+        "take with infinite positions",
         changed(trans=np.full((10, 3), np.inf, np.float32)),
-        told="not numbers",
+        message="not numbers",
         press=bake(),
     ),
     *(
         Case(
             f"take with {rate} frames a second",
             changed(mocap_frame_rate=np.array(float(rate))),
-            told="frame",
+            message="frame",
             press=bake(),
         )
         for rate in ("0", "-30", "nan", "inf", "1e9")
     ),
     Case(
-        "take with a rate in words", changed(mocap_frame_rate=np.array("thirty")), told="frame", press=bake()
+        "take with a rate in words",
+        changed(mocap_frame_rate=np.array("thirty")),
+        message="frame",
+        press=bake(),
     ),
     Case(
         "take with a list of rates",
         changed(mocap_frame_rate=np.array([30.0, 30.0])),
-        told="frame",
+        message="frame",
         press=bake(),
     ),
     Case(
-        "take with places of other frames", changed(trans=np.zeros((3, 3))), told="needs poses", press=bake()
+        "take with positions of another length",
+        changed(trans=np.zeros((3, 3))),
+        message="needs poses",
+        press=bake(),
     ),
     Case(
         "take with poses in words",
         changed(poses=np.full((10, 165), "a"), root_orient=None),
-        told="AMASS",
+        message="AMASS",
         press=bake(),
     ),
-    Case("take with Python objects", changed(poses=np.array([{}], dtype=object)), told="AMASS", press=bake()),
+    Case(
+        "take with Python objects", changed(poses=np.array([{}], dtype=object)), message="AMASS", press=bake()
+    ),
     Case(
         "a folder as take",
         lambda room: (room.files / "take.npz").mkdir(),
-        told="choose an AMASS",
+        message="choose an AMASS",
         press=bake(),
     ),
-    Case("no such take", nothing, told="There is no file", press=bake()),
+    Case("no such take", nothing, message="There is no file", press=bake()),
 )

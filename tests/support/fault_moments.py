@@ -1,4 +1,4 @@
-"""Odd moments: every mode, and what an artist does while a thread works for them."""
+"""Faults of timing: every mode, and changes by the artist while a thread works."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def renamed_meanwhile(room: Room) -> None:
 
 
 def opened(room: Room) -> None:
-    """The file is another one: what Python pointed to is not there any more."""
+    """Reload the file: all Python references become invalid."""
     bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath, load_ui=False)
 
 
 CASES = (
     Case("pose mode", in_mode("POSE", "Human")),
     *(
-        Case(f"{mode.lower()} mode of {name}", in_mode(mode, name), told=GO_TO)
+        Case(f"{mode.lower()} mode of {name}", in_mode(mode, name), message=GO_TO)
         for mode, name in (
             ("EDIT", "Human"),
             ("EDIT", "Sofa"),
@@ -62,7 +62,7 @@ CASES = (
     Case(
         "character deleted while the thread works",
         nothing,
-        told="gone",
+        message="gone|deleted",
         press=meanwhile(gone),
         changes=(r".*Human.*", r"scenes/.*", r".*\.active", "armatures/.*"),
     ),
@@ -72,7 +72,9 @@ CASES = (
         press=meanwhile(renamed_meanwhile),
         changes=(r".*Human.*", r"scenes/.*", r".*\.active"),
     ),
-    Case("another file opened while the thread works", nothing, told="gone", press=meanwhile(opened)),
+    Case(
+        "another file opened while the thread works", nothing, message="gone|deleted", press=meanwhile(opened)
+    ),
     Case("the file saved while the thread works", nothing, press=meanwhile(saved), changes=(r"scenes/.*",)),
     Case(
         "edit mode begun while the thread works",
@@ -83,14 +85,14 @@ CASES = (
     Case(
         "the scene switched while the thread works",
         lambda room: bpy.data.scenes.new("Other"),
-        told="gone",
+        message="gone|deleted",
         press=meanwhile(lambda room: setattr(bpy.context.window, "scene", bpy.data.scenes["Other"])),
         changes=("context.*",),
     ),
     Case(
         "edit mode begun, and a new human to make",
         gone,
-        told="go to Object Mode",
+        message="go to Object Mode",
         press=meanwhile(edited),
         changes=(*SELECTION, "meshes/Sofa.*"),
     ),

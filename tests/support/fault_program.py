@@ -1,4 +1,4 @@
-"""Odd installations: weights missing or damaged, no torch, no body."""
+"""Faults of the installation: weights missing or damaged, no torch, no body."""
 
 from __future__ import annotations
 
@@ -12,12 +12,10 @@ import bpy
 from faults import Case, Press, Room, nothing, sit
 from samp_blender.models import weights
 from samp_blender.samp_addon.body import human
-from samp_blender.samp_addon.methods.samp import goals
-from samp_blender.samp_addon.methods.samp.rollout import generator
 
 
 def with_weights(damage: Press) -> Press:
-    """Sit Here with the real networks, whose files are a damaged copy."""
+    """Return a press of Sit Here with the real networks and a damaged copy of their files."""
 
     def go(room: Room) -> object:
         folder = room.files / "weights"
@@ -26,12 +24,7 @@ def with_weights(damage: Press) -> Press:
             if path.suffix in (".safetensors", ".sha256"):
                 (folder / path.name).write_bytes(path.read_bytes())
         damage(folder)
-        read = weights.load_weights
-        with (
-            mock.patch.object(weights, "FOLDER", folder),
-            mock.patch.object(weights, "load_weights", lambda name, _=None: read(name, folder)),
-            fresh(generator.load_network, goals._network),
-        ):
+        with mock.patch.object(weights, "FOLDER", folder):
             return sit(room)
 
     return go
@@ -55,8 +48,8 @@ def bit(name: str):
 
 
 def without_torch(room: Room) -> object:
-    """As in the build that leaves torch out."""
-    with mock.patch.dict(sys.modules, {"torch": None}), fresh(generator.load_network, goals._network):
+    """Press Sit Here as in the build without torch."""
+    with mock.patch.dict(sys.modules, {"torch": None}):
         return sit(room)
 
 
@@ -66,14 +59,14 @@ def without_body(room: Room) -> object:
 
 
 @contextlib.contextmanager
-def fresh(*kept: object) -> Iterator[None]:
-    """What was loaded before is loaded again inside, and once more after."""
-    for function in kept:
+def fresh(*cached: object) -> Iterator[None]:
+    """Clear the caches of these functions before and after."""
+    for function in cached:
         function.cache_clear()
     try:
         yield
     finally:
-        for function in kept:
+        for function in cached:
             function.cache_clear()
 
 
@@ -82,7 +75,7 @@ CASES = (
         Case(
             f"{how} {name}",
             nothing,
-            told="install the add-on again",
+            message="install the add-on again",
             networks=True,
             press=with_weights(damage(f"{name}.safetensors")),
         )
@@ -92,10 +85,10 @@ CASES = (
     Case(
         "missing checksum",
         nothing,
-        told="install the add-on again",
+        message="install the add-on again",
         networks=True,
         press=with_weights(missing("motion_net.sha256")),
     ),
-    Case("no torch", nothing, told="[Tt]orch", press=without_torch, networks=True),
-    Case("no body file", nothing, told="install the add-on again", press=without_body),
+    Case("no torch", nothing, message="[Tt]orch", press=without_torch, networks=True),
+    Case("no body file", nothing, message="install the add-on again", press=without_body),
 )

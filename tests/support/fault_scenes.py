@@ -1,4 +1,4 @@
-"""Odd scenes: units, places, frame rates, names of what is in them, what is hidden, and what is not there at all."""
+"""Faults of scenes: units, locations, frame rates, names, hidden and missing objects."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def units(system: str, length: str, scale: float = 1.0):
 
 
 def moved(matrix: Matrix):
-    """All of the room elsewhere."""
+    """Transform the whole room."""
 
     def arrange(room: Room) -> None:
         for thing in room.scene.objects:
@@ -43,7 +43,7 @@ def moved(matrix: Matrix):
 
 
 def in_centimetres(alone: bool):
-    """All of the room a hundred times as large, and the unit a hundredth of a metre."""
+    """Scale the room by 100 and set the unit to a centimetre."""
 
     def arrange(room: Room) -> None:
         units("METRIC", "METERS", 0.01)(room)
@@ -62,11 +62,11 @@ def rate(fps: int, base: float = 1.0):
 
 
 def lasts_as_long(room: Room) -> None:
-    """The take's frames are those of the scene's rate: a longer walk at 30 a second lasts the same seconds."""
+    """Assert that the take has the scene's frame rate and lasts as long as at 30 frames per second."""
     rate_ = keyframes.frames_per_second(room.scene)
     first, last = room.owner.animation_data.action.frame_range
-    noted = room.owner.animation_data.action["samp"]
-    assert (noted["frame_start"], noted["frame_end"]) == (first, last)
+    notes = room.owner.animation_data.action["samp"]
+    assert (notes["frame_start"], notes["frame_end"]) == (first, last)
     seconds = (last - first) / rate_
     rate(30)(room)
     sit(room)
@@ -75,7 +75,7 @@ def lasts_as_long(room: Room) -> None:
 
 
 def baked_at_minus_50(room: Room) -> object:
-    """Blender lets no scene begin there, but keyframes do."""
+    """Bake at a frame before the earliest start of a scene, which keyframes allow."""
     with_take(room)
     bpy.ops.samp.export_npz(filepath=str(room.files / "take.npz"))
     return bpy.ops.samp.bake("EXEC_DEFAULT", True, filepath=str(room.files / "take.npz"), frame_start=-50)
@@ -123,7 +123,7 @@ def in_second_scene(room: Room) -> None:
 
 
 def crowd(room: Room) -> None:
-    """5,000 small things in the corners of a large hall, and empties."""
+    """Add 5,000 small objects and empties in a corner of the room."""
     mesh = bpy.data.meshes.new("Pebble")
     mesh.from_pydata([(0, 0, 0), (0.02, 0, 0), (0, 0.02, 0.02)], [], [(0, 1, 2)])
     at = np.random.default_rng(0).uniform(3.0, 3.9, (5000, 2))
@@ -209,10 +209,12 @@ CASES = (
     Case("one frame a second", rate(1)),
     Case("first frame 1001", first_frame, check=begins_at_1001),
     Case("baked at frame -50", nothing, press=baked_at_minus_50, check=begins_at_minus_50),
-    Case("a unit scale that nothing is modelled by", units("METRIC", "METERS", 0.01)),
-    Case("in centimetres by unit scale", in_centimetres(False), told="Human.*Unit Scale of 0.01"),
+    Case("a unit scale that does not match the models", units("METRIC", "METERS", 0.01)),
+    Case("in centimetres by unit scale", in_centimetres(False), message="Human.*Unit Scale of 0.01"),
     Case(
-        "in centimetres by unit scale, without a character", in_centimetres(True), told="Unit Scale of 0.01"
+        "in centimetres by unit scale, without a character",
+        in_centimetres(True),
+        message="Unit Scale of 0.01",
     ),
     Case("in feet by unit scale", units("IMPERIAL", "FEET", 0.3048)),
     *(
@@ -220,14 +222,14 @@ CASES = (
         for what, name in NAMES.items()
     ),
     Case("two scenes", second_scene),
-    Case("in the other scene", in_second_scene, told="no 'Sofa' in the scene"),
+    Case("in the other scene", in_second_scene, message="no 'Sofa' in the scene"),
     Case("5,000 objects", crowd),
-    Case("sofa in an excluded collection", excluded("Sofa"), told="'Sofa' is hidden"),
+    Case("sofa in an excluded collection", excluded("Sofa"), message="'Sofa' is hidden"),
     Case("character in an excluded collection", excluded("Human")),
     Case("floor in an excluded collection", excluded("Floor"), check=laid_ground),
-    Case("an empty scene", empty, told="no 'Sofa' in the scene"),
-    Case("navmesh of an empty scene", empty, told="has no faces", press=press("build_navmesh")),
-    Case("path in an empty scene", empty, told="has no faces", press=press("plan_path", to_cursor=True)),
+    Case("an empty scene", empty, message="no 'Sofa' in the scene"),
+    Case("navmesh of an empty scene", empty, message="has no faces", press=press("build_navmesh")),
+    Case("path in an empty scene", empty, message="has no faces", press=press("plan_path", to_cursor=True)),
     Case("no floor", without("Floor"), check=laid_ground),
     Case(
         "only a floor",
@@ -235,9 +237,9 @@ CASES = (
         press=press("walk_here", location=(3, 3, 0)),
         check=lambda room: arrived(),
     ),
-    Case("hidden sofa", hidden("Sofa"), told="'Sofa' is hidden"),
-    Case("sofa off in viewports", hidden("Sofa", hide_viewport=True), told="'Sofa' is hidden"),
-    Case("sofa off in renders", hidden("Sofa", hide_render=True), told="'Sofa' is hidden"),
+    Case("hidden sofa", hidden("Sofa"), message="'Sofa' is hidden"),
+    Case("sofa off in viewports", hidden("Sofa", hide_viewport=True), message="'Sofa' is hidden"),
+    Case("sofa off in renders", hidden("Sofa", hide_render=True), message="'Sofa' is hidden"),
     Case("sofa that cannot be selected", hidden("Sofa", hide_select=True)),
     Case("hidden floor", hidden("Floor"), check=laid_ground),
     Case("a second view layer", second_layer),
@@ -245,19 +247,19 @@ CASES = (
     Case(
         "nothing is active, and nothing named",
         lambda room: activate(None),
-        told="No furniture is selected",
+        message="No furniture is selected",
         press=seated_on(""),
     ),
     Case(
         "nothing is active for goals",
         lambda room: activate(None),
-        told="No furniture is selected",
+        message="No furniture is selected",
         press=press("sample_goals"),
     ),
     Case(
         "nothing is active for a soft seat",
         lambda room: activate(None),
-        told="No furniture is selected",
+        message="No furniture is selected",
         press=press("set_cushion"),
     ),
     Case(

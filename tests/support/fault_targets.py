@@ -1,4 +1,4 @@
-"""Odd furniture: of every kind of object, of every size, in every place, and gone between two clicks."""
+"""Faults of furniture: kinds of objects, sizes, locations, and deletion between two clicks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NO_SEAT = "Nobody can sit|no place to sit"
 
 
 def at_sofa(matrix: Matrix):
-    """The sofa turned or scaled about its place on the floor."""
+    """Transform the sofa about its centre on the floor."""
 
     def arrange(room: Room) -> None:
         pivot = Matrix.Translation(middle(room))
@@ -48,7 +48,7 @@ def wires(room: Room) -> None:
 
 
 def walled(room: Room) -> None:
-    """Walls around the sofa."""
+    """Add walls around the sofa."""
     x, y, _ = middle(room)
     mesh = bpy.data.meshes.new("Walls")
     corners = [(x - 2, y - 2), (x + 2, y - 2), (x + 2, y + 2), (x - 2, y + 2)]
@@ -60,7 +60,7 @@ def walled(room: Room) -> None:
 
 
 def buried(room: Room) -> None:
-    """A crate around the sofa, closed."""
+    """Add a closed crate around the sofa."""
     x, y, _ = middle(room)
     bpy.ops.mesh.primitive_cube_add(size=3, location=(x, y, 1.4))
 
@@ -99,7 +99,7 @@ def metaball(room: Room) -> None:
 
 
 def instanced(room: Room) -> None:
-    """The sofa as an instance of a collection that is not in the scene."""
+    """Replace the sofa by an instance of a collection that is not in the scene."""
     collection = bpy.data.collections.new("Stock")
     collection.objects.link(room.sofa)
     room.scene.collection.objects.unlink(room.sofa)
@@ -126,7 +126,7 @@ def instance_of_itself(room: Room) -> None:
 
 
 def one_sided_top(room: Room) -> None:
-    """A shelf without thickness, at the height of a seat, 8 m by 8 m of it: a floor rather than a seat."""
+    """Add a plane of 40 m by 40 m: a floor, not a seat."""
     mesh = bpy.data.meshes.new("Top")
     mesh.from_pydata([(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0)], [], [(0, 1, 2, 3)])
     add("", "Thing", mesh, (100, 0, 0))
@@ -137,7 +137,7 @@ def small(kind: str):
 
 
 def modified(room: Room) -> None:
-    """A sofa that a modifier makes of a half; the other half is not in the mesh."""
+    """Add a Bevel modifier to the sofa."""
     modifier = room.sofa.modifiers.new("Bevel", "BEVEL")
     modifier.width, modifier.segments = 0.01, 2
 
@@ -173,7 +173,7 @@ def arrow_away(room: Room) -> None:
 
 
 def gone(name: str):
-    """An object deleted, and its mesh with it."""
+    """Return the deletion of an object with its mesh."""
     return lambda room: bpy.data.meshes.remove(bpy.data.objects[name].data)
 
 
@@ -196,53 +196,55 @@ ON_THING = seated_on("Thing")
 MIRROR = Matrix.Diagonal((-1, 1, 1, 1))
 
 CASES = (
-    Case("no way to the sofa", walled, told="way|reach"),
-    Case("sofa inside a closed crate", buried, told="way|reach|" + NO_SEAT),
-    Case("sofa in the air", in_the_air, told="free floor"),
-    Case("sofa 10 km away", far_away, told="It is [0-9]+ m from"),
+    Case("no way to the sofa", walled, message="way|reach"),
+    Case("sofa inside a closed crate", buried, message="way|reach|" + NO_SEAT),
+    Case("sofa in the air", in_the_air, message="free floor"),
+    Case("sofa 10 km away", far_away, message="It is [0-9]+ m from"),
     Case(
         "sofa upside down",
         at_sofa(Matrix.Translation((0, 0, 0.9)) @ turned("X", 180)),
         press=seated_on("Sofa"),
     ),
-    Case("sofa on its side", at_sofa(turned("Y", 90)), told=NO_SEAT + "|way"),
-    Case("sofa of 3 cm", at_sofa(Matrix.Scale(0.015, 4)), told=NO_SEAT),
-    Case("sofa of 30 m", at_sofa(Matrix.Scale(15, 4)), told=NO_SEAT),
+    Case("sofa on its side", at_sofa(turned("Y", 90)), message=NO_SEAT + "|way"),
+    Case("sofa of 3 cm", at_sofa(Matrix.Scale(0.015, 4)), message=NO_SEAT),
+    Case("sofa of 30 m", at_sofa(Matrix.Scale(15, 4)), message=NO_SEAT),
     Case("bed of 30 m", bed_of_30_m, press=lambda room: lie(room, target="Thing")),
-    Case("sofa scaled to nothing", at_sofa(Matrix.Scale(0, 4)), told="no area"),
+    Case("sofa scaled to nothing", at_sofa(Matrix.Scale(0, 4)), message="no area"),
     Case("mirrored sofa", at_sofa(MIRROR)),
     Case("sheared sofa", at_sofa(Matrix.Shear("XY", 4, (0.1, 0.1)))),
-    Case("vertices that are no numbers", broken_vertices, told="'Sofa'"),
-    Case("an obstacle with vertices that are no numbers", broken_elsewhere, told="'Obstacle 2'"),
-    Case("empty mesh", emptied, told="'Sofa' has no faces"),
-    Case("edges without faces", wires, told="'Sofa' has no faces"),
-    Case("curve with a surface", curve(0.02), told=NO_SEAT, press=ON_THING),
-    Case("curve without a surface", curve(0.0), told="'Thing' has no faces", press=ON_THING),
-    Case("text", text, told=NO_SEAT, press=ON_THING),
-    Case("metaball", metaball, told=NO_SEAT, press=ON_THING),
+    Case("vertices that are not finite", broken_vertices, message="'Sofa'"),
+    Case("an obstacle with vertices that are not finite", broken_elsewhere, message="'Obstacle 2'"),
+    Case("empty mesh", emptied, message="'Sofa' has no faces"),
+    Case("edges without faces", wires, message="'Sofa' has no faces"),
+    Case("curve with a surface", curve(0.02), message=NO_SEAT, press=ON_THING),
+    Case("curve without a surface", curve(0.0), message="'Thing' has no faces", press=ON_THING),
+    Case("text", text, message=NO_SEAT, press=ON_THING),
+    Case("metaball", metaball, message=NO_SEAT, press=ON_THING),
     Case("instance of a collection", instanced, press=ON_THING),
     Case("instance of a collection that is also in the scene", instance_of_itself, press=ON_THING),
     Case("children of an empty", under_an_empty, press=ON_THING),
     Case("a collection", in_a_collection, press=ON_THING),
-    Case("empty without children", small(""), told="'Thing' has no faces", press=ON_THING),
-    Case("lattice", small("lattices"), told="'Thing' has no faces", press=ON_THING),
-    Case("camera", small("cameras"), told="'Thing' has no faces", press=ON_THING),
-    Case("the character itself", nothing, told="'Human'", press=seated_on("Human")),
-    Case("the character's own skin", nothing, told="'Human mesh'", press=seated_on("Human mesh")),
-    Case("a ground of 40 m", one_sided_top, told=NO_SEAT, press=ON_THING),
+    Case("empty without children", small(""), message="'Thing' has no faces", press=ON_THING),
+    Case("lattice", small("lattices"), message="'Thing' has no faces", press=ON_THING),
+    Case("camera", small("cameras"), message="'Thing' has no faces", press=ON_THING),
+    Case("the character itself", nothing, message="'Human'", press=seated_on("Human")),
+    Case("the character's own skin", nothing, message="'Human mesh'", press=seated_on("Human mesh")),
+    Case("a ground of 40 m", one_sided_top, message=NO_SEAT, press=ON_THING),
     Case("sofa with a modifier", modified),
-    Case("sofa with a modifier that leaves nothing", nothing_left_by_a_modifier, told="'Sofa' has no faces"),
+    Case(
+        "sofa with a modifier that leaves nothing", nothing_left_by_a_modifier, message="'Sofa' has no faces"
+    ),
     Case("goals that an artist chose", goals),
     Case("a goal's arrow deleted", both(goals, arrow_deleted)),
-    Case("goals that point up", both(goals, arrow_up), told="points up or down"),
-    Case("goals beside the sofa", both(goals, arrow_away), told="arrow 'Goal"),
+    Case("goals that point up", both(goals, arrow_up), message="points up or down"),
+    Case("goals beside the sofa", both(goals, arrow_away), message="arrow 'Goal"),
     Case(
         "the goals' sofa deleted, its arrow clicked",
         both(goals, lambda room: activate(first_arrow()), gone("Sofa")),
-        told="no 'Sofa'",
+        message="no 'Sofa'",
         press=seated_on(""),
     ),
-    Case("sofa deleted before the press", gone("Sofa"), told="no 'Sofa' in the scene"),
+    Case("sofa deleted before the press", gone("Sofa"), message="no 'Sofa' in the scene"),
     Case(
         "sofa deleted while the thread works",
         nothing,
@@ -256,25 +258,28 @@ CASES = (
         changes=(".*Floor.*", "scenes/.*"),
     ),
     Case(
-        "voxels of an empty mesh", emptied, told="'Sofa' has no faces", press=press("voxelise", target="Sofa")
+        "voxels of an empty mesh",
+        emptied,
+        message="'Sofa' has no faces",
+        press=press("voxelise", target="Sofa"),
     ),
     Case(
         "a way to a sofa in the air",
         in_the_air,
-        told="free floor",
+        message="free floor",
         press=press("plan_path", target="Sofa"),
     ),
     Case(
         "goals on a crate of 3 cm",
         at_sofa(Matrix.Scale(0.015, 4)),
-        told=NO_SEAT,
+        message=NO_SEAT,
         networks=True,
         press=press("sample_goals", target="Sofa"),
     ),
     Case(
         "a soft seat of a camera",
         both(small("cameras"), clicked("Thing")),
-        told="No furniture is selected",
+        message="No furniture is selected",
         press=press("set_cushion"),
     ),
 )

@@ -1,4 +1,4 @@
-"""What the table of tests/test_faults.py is made of: a room, odd things done to it, and what may come of that."""
+"""Parts of the table in tests/operators/test_faults.py: a room, faults in it, and the allowed outcomes."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.pipeline.job import Job
 
-# What a take may change of the file that it is baked into: what the character shows, and which Action it shows.
+# Paths that baking a take may change: the character's pose and its active Action.
 TAKE = (
     r"objects/{0}\.animation_data",
     r"objects/{0}\.pose\.bones\[.*\]\.(location|rotation_\w+|scale|bbone_\w+)",
     r"actions/[^/]*\.use_fake_user",
     r"scenes/[^/]*\.samp\.take_index",
 )
-UNTOLD = re.compile(r'Traceback|Error|Exception|File "|line \d|None|nan\b|\bbpy\b|NoneType|numpy|unexpected')
-DO = (
+FORBIDDEN = re.compile(
+    r'Traceback|Error|Exception|File "|line \d|None|nan\b|\bbpy\b|NoneType|numpy|unexpected'
+)
+ADVICE = (
     *(
         "choose",
         "select",
@@ -45,6 +47,8 @@ DO = (
         "give",
         "apply",
         "leave",
+        "use",
+        "correct",
     ),
     *("install", "start again", "try", "move", "turn", "delete", "mend", "make", "check", "go to", "switch"),
     *("parent", "say", "ask", "close", "save", "scale", "free", "open", "keep", "stop", "put", "unlock"),
@@ -53,7 +57,7 @@ DO = (
 
 @dataclass
 class Room:
-    """What the cases work on. sofa, owner: the objects by role, whatever their names. files: an empty folder."""
+    """The scene of a case. sofa, owner: objects by role. files: an empty folder."""
 
     files: Path
     start: tuple[float, ...]
@@ -76,13 +80,12 @@ Press = Callable[[Room], object]
 
 @dataclass(frozen=True)
 class Case:
-    """One row. told: words of the sentence that the artist reads; None where it works. check: what then is asserted
-    beyond the take's success. owner: who gets the take. changes: patterns of paths that may change beside a take's.
-    networks: the real ones."""
+    """One row. message: pattern of the expected error; None for success. check: further assertions on success.
+    owner: name of the character. changes: patterns of further paths that may change. networks: use the real ones."""
 
     name: str
     arrange: Press
-    told: str | None = None
+    message: str | None = None
     press: Press | None = None
     check: Press | None = None
     owner: str | None = "Human"
@@ -90,16 +93,16 @@ class Case:
     networks: bool = False
 
     def run(self, room: Room) -> None:
-        """Arranges, presses, and asserts what came of it."""
+        """Arrange, press, and check the outcome."""
         self.arrange(room)
         bpy.context.view_layer.update()
         before, unused = fingerprint.taken(), fingerprint.orphans()
         sentence = outcome(lambda: (self.press or sit)(room))
         after = fingerprint.taken()
-        if self.told is not None:
-            assert sentence is not None, f"it works, but should say '{self.told}'"
+        if self.message is not None:
+            assert sentence is not None, f"succeeds, but should report '{self.message}'"
             assert_clear(sentence)
-            assert re.search(self.told, sentence), sentence
+            assert re.search(self.message, sentence), sentence
             changed = fingerprint.differences(before, after, self.changes, additions=False)
             assert not changed, "\n".join(changed[:20])
             return
@@ -113,7 +116,7 @@ class Case:
 
 
 def build(path: Path) -> tuple[float, ...]:
-    """Saves a room with a sofa, four other pieces and a human; returns where the human stands."""
+    """Save a room with a sofa, four other pieces and a human; return the human's location and yaw."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.fps, scene.render.fps_base = 30, 1.0
@@ -125,7 +128,7 @@ def build(path: Path) -> tuple[float, ...]:
 
 
 def outcome(press: Callable[[], object]) -> str | None:
-    """The sentence that the artist gets instead of what was pressed; None where it worked."""
+    """Return the error message of a press, or None on success."""
     try:
         result = press()
     except (RuntimeError, SampError) as error:
@@ -136,13 +139,13 @@ def outcome(press: Callable[[], object]) -> str | None:
 
 
 def assert_clear(sentence: str) -> None:
-    """One sentence, in the artist's words, that names what to do."""
+    """Assert that a message is one sentence for artists that says what to do."""
     assert "\n" not in sentence, sentence
     without_names = re.sub(r"'.*?'(?!\w)", "''", sentence)
-    assert not UNTOLD.search(without_names), sentence
+    assert not FORBIDDEN.search(without_names), sentence
     assert re.match(r"['\"A-Z-]", sentence), sentence
     assert len(sentence) < 400, sentence
-    assert any(re.search(rf"\b{verb}\b", without_names, re.IGNORECASE) for verb in DO), sentence
+    assert any(re.search(rf"\b{verb}\b", without_names, re.IGNORECASE) for verb in ADVICE), sentence
     # A tooltip has no full stop in Blender; an error has one.
     assert sentence.endswith(".") or sentence.startswith(("Go to ", "The scene has no ")), sentence
 
@@ -151,7 +154,7 @@ def assert_clear(sentence: str) -> None:
 
 
 def sit(room: Room, **options: object) -> object:
-    """Sit Here on the sofa, and the take is right."""
+    """Press Sit Here on the sofa and check the take."""
     result = bpy.ops.samp.sit_here("EXEC_DEFAULT", True, **({"target": "Sofa"} | options))
     if result == {"FINISHED"}:
         arrived()
@@ -159,32 +162,32 @@ def sit(room: Room, **options: object) -> object:
 
 
 def lie(room: Room, **options: object) -> object:
-    """Lie Here on the sofa."""
+    """Press Lie Here on the sofa."""
     return bpy.ops.samp.lie_here("EXEC_DEFAULT", True, **({"target": "Sofa"} | options))
 
 
 def press(operator: str, **options: object) -> Press:
-    """A press on another operator."""
+    """Return a press of another operator."""
     return lambda room: getattr(bpy.ops.samp, operator)("EXEC_DEFAULT", True, **options)
 
 
 def seated_on(target: str, **options: object) -> Press:
-    """Sit Here on something else."""
+    """Return a press of Sit Here on another target."""
     return lambda room: sit(room, target=target, **options)
 
 
 def arrived() -> None:
-    """Asserts that the active character's new take ends where it was to, as Blender shows it."""
+    """Assert that the active character's take ends at its goal, as evaluated by Blender."""
     _, numbers = measure.measure_take(bpy.context)
     assert numbers["success"] is True and numbers["position_error_cm"] < 5, numbers
 
 
 def nothing(room: Room) -> None:
-    """The room as it is."""
+    """Leave the room unchanged."""
 
 
 def both(*steps: Press) -> Press:
-    """One after the other."""
+    """Return the steps combined, in order."""
 
     def arrange(room: Room) -> None:
         for step in steps:
@@ -194,7 +197,7 @@ def both(*steps: Press) -> Press:
 
 
 def meanwhile(change: Press, job: Job | None = None, tools: object = None) -> Press:
-    """Sit Here beside the window; the artist changes something before it is done. What was changed stays so."""
+    """Return a press of Sit Here in a thread, with a change by the artist before it is finished."""
 
     def go(room: Room) -> None:
         run = baking.begin(bpy.context, job or Job(action="sit", target="Sofa"), tools or fakes.TOOLS)
@@ -206,7 +209,7 @@ def meanwhile(change: Press, job: Job | None = None, tools: object = None) -> Pr
 
 
 def wait(run: object) -> None:
-    """Until a thread has done its work."""
+    """Wait until a thread is done."""
     deadline = time.time() + 60
     while not run.done and time.time() < deadline:
         time.sleep(0.01)
@@ -214,20 +217,20 @@ def wait(run: object) -> None:
 
 
 def bake_batch(room: Room, **options: object) -> None:
-    """The batch in this process, over room.blend. Raises SampError with what it complains of."""
-    told = {"scene": room.files / "room.blend", "action": "sit", "target": "Sofa"} | options
-    arguments = [text for name, value in told.items() for text in (f"--{name}", str(value))]
-    spoken = io.StringIO()
-    with contextlib.redirect_stderr(spoken):
+    """Run the batch in this process on room.blend. Raise SampError with its error output."""
+    values = {"scene": room.files / "room.blend", "action": "sit", "target": "Sofa"} | options
+    arguments = [text for name, value in values.items() for text in (f"--{name}", str(value))]
+    errors = io.StringIO()
+    with contextlib.redirect_stderr(errors):
         status = main.main(arguments, tools=fakes.TOOLS)
-    lines = [line.removeprefix("bake: ") for line in spoken.getvalue().splitlines()]
+    lines = [line.removeprefix("bake: ") for line in errors.getvalue().splitlines()]
     if status != main.DONE:
         raise SampError("\n".join(lines))
     assert not lines
 
 
 def with_take(room: Room, frames: int = 40, name: str = "Old") -> bpy.types.Action:
-    """The human has an Action: it sways where it stands."""
+    """Give the human an Action in which it sways."""
     start = np.array([room.start[0], 0.93, -room.start[1]])
     at = np.arange(frames) / 30
     root = start + np.stack([0.05 * np.sin(at), 0 * at, 0 * at], axis=1)
@@ -236,7 +239,7 @@ def with_take(room: Room, frames: int = 40, name: str = "Old") -> bpy.types.Acti
 
 
 def activate(obj: bpy.types.Object | None) -> None:
-    """Clicks an object, or nothing."""
+    """Select and activate an object, or nothing."""
     for other in bpy.context.selected_objects:
         other.select_set(False)
     if obj is not None:
@@ -245,7 +248,7 @@ def activate(obj: bpy.types.Object | None) -> None:
 
 
 def add(kind: str, name: str, data: object = None, at: tuple = (0, 0, 0)) -> bpy.types.Object:
-    """A new object in the scene; kind: the collection of bpy.data that its data come from, or '' for an empty."""
+    """Add an object to the scene. kind: collection of bpy.data for its data, or '' for an empty."""
     if kind and data is None:
         data = getattr(bpy.data, kind).new(name)
     made = bpy.data.objects.new(name, data)

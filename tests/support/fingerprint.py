@@ -1,7 +1,7 @@
-"""All that an artist's file holds, as plain values that can be compared: nothing of it may change by itself.
+"""The content of a .blend file as plain values that can be compared.
 
-Everything is read through Blender's own description of its types, so that nothing has to be listed here and a new
-kind of data is seen as well. What is left out is derived from the rest, or belongs to the window.
+Everything is read through Blender's RNA, so that new kinds of data are included. Derived values and data of the
+window are left out.
 """
 
 from __future__ import annotations
@@ -15,10 +15,8 @@ import bpy
 import numpy as np
 
 # Data-blocks of the window and of Blender itself.
-NOT_THE_ARTISTS = {"screens", "window_managers", "workspaces", "brushes", "palettes", "paint_curves"}
-OWN_LIBRARIES = (
-    "essentials_"  # files of brushes that Blender links when a mode is entered, and drops by itself
-)
+EXCLUDED = {"screens", "window_managers", "workspaces", "brushes", "palettes", "paint_curves"}
+OWN_LIBRARIES = "essentials_"  # brush files that Blender links and unlinks when modes change
 DERIVED = {
     *("rna_type", "bl_rna", "id_data", "original", "users", "tag", "session_uid", "preview", "depsgraph"),
     *("is_evaluated", "is_runtime_data", "is_missing", "library_weak_reference", "bound_box", "dimensions"),
@@ -29,12 +27,12 @@ DERIVED = {
     *("shading", "sequencer_colorspace_settings", "linear_colorspace_settings", "colorspace_settings"),
     *("use_nodes", "frame_current_final", "frame_float", "active_operator", "last_reports"),
     *("all_objects", "children_recursive", "uv_layer_stencil", "uv_layer_clone"),
-    # Brushes of the tools: Blender's own, and in 4.2 pointers into the void.
+    # Brushes of the tools: Blender's own, and in 4.2 dangling pointers.
     *("particle_edit", "paint_mode", "image_paint", "sculpt", "vertex_paint", "weight_paint", "uv_sculpt"),
     *("gpencil_paint", "gpencil_vertex_paint", "gpencil_sculpt_paint", "gpencil_weight_paint"),
     *("curves_sculpt", "gpencil_sculpt", "gpencil_interpolate"),
 }
-# Long lists of numbers: (type, collection) -> what of each element counts.
+# Long arrays: (type, collection) -> property, type and width of each element.
 BULK = {
     ("Mesh", "vertices"): ("co", np.float32, 3),
     ("Mesh", "edges"): ("vertices", np.int32, 2),
@@ -48,8 +46,8 @@ BULK = {
 
 
 def taken() -> dict[str, object]:
-    """Every value of every data-block by its path, and the mode, selection and scene of the context."""
-    told: dict[str, object] = {}
+    """Return every value of every data-block by path, and mode, selection and scene of the context."""
+    found: dict[str, object] = {}
     for layer in (layer for scene in bpy.data.scenes for layer in scene.view_layers):
         layer.update()
     for kind in _kinds():
@@ -57,31 +55,31 @@ def taken() -> dict[str, object]:
             if kind == "libraries" and block.name.startswith(OWN_LIBRARIES):
                 continue
             path = f"{kind}/{block.name_full}"
-            told[path] = kind
-            _properties(told, path, block, set())
-            told[f"{path}[custom]"] = _custom(block)
-    told["context.mode"] = bpy.context.mode
-    told["context.scene"] = bpy.context.scene.name
+            found[path] = kind
+            _properties(found, path, block, set())
+            found[f"{path}[custom]"] = _custom(block)
+    found["context.mode"] = bpy.context.mode
+    found["context.scene"] = bpy.context.scene.name
     for scene in bpy.data.scenes:
         for layer in scene.view_layers:
             active = layer.objects.active
             place = f"{scene.name}/{layer.name}"
-            told[f"{place}.active"] = active and active.name
+            found[f"{place}.active"] = active and active.name
             for thing in layer.objects:
-                told[f"{place}.shown/{thing.name}"] = (
+                found[f"{place}.shown/{thing.name}"] = (
                     thing.select_get(view_layer=layer),
                     thing.hide_get(view_layer=layer),
                     thing.mode,
                 )
-    return told
+    return found
 
 
 def differences(
     before: dict[str, object], after: dict[str, object], allowed: Iterable[str] = (), additions: bool = True
 ) -> list[str]:
-    """What of the earlier data is other now, a line each; what is new counts only without ``additions``.
+    """Return the differences, one line each. additions: whether new data are allowed.
 
-    allowed: patterns of the paths that may change.
+    allowed: patterns of paths that may change.
     """
     free = re.compile("|".join(allowed)) if allowed else None
     paths = list(before) if additions else [*before, *(path for path in after if path not in before)]
@@ -97,7 +95,7 @@ def differences(
 
 
 def orphans() -> set[str]:
-    """The data-blocks that nobody uses, by kind and name."""
+    """Return the data-blocks without users, by kind and name."""
     return {
         f"{kind}/{block.name_full}"
         for kind in _kinds()
@@ -107,16 +105,16 @@ def orphans() -> set[str]:
 
 
 def _kinds() -> list[str]:
-    """The names of bpy.data's collections that hold what an artist makes."""
+    """Return the names of bpy.data's collections of user data."""
     found = [p.identifier for p in bpy.data.bl_rna.properties if p.type == "COLLECTION"]
-    return [kind for kind in found if kind not in NOT_THE_ARTISTS]
+    return [kind for kind in found if kind not in EXCLUDED]
 
 
 _MEMBERS: dict[str, list[tuple[str, str]]] = {}
 
 
 def _members(struct: bpy.types.bpy_struct) -> list[tuple[str, str]]:
-    """(name, type) of what a type of Blender's holds of its own."""
+    """Return (name, type) of the properties of an RNA type that are not derived."""
     kind = struct.bl_rna.identifier
     if kind not in _MEMBERS:
         properties = struct.bl_rna.properties
@@ -124,10 +122,10 @@ def _members(struct: bpy.types.bpy_struct) -> list[tuple[str, str]]:
     return _MEMBERS[kind]
 
 
-def _properties(told: dict, path: str, struct: bpy.types.bpy_struct, seen: set) -> None:
+def _properties(found: dict, path: str, struct: bpy.types.bpy_struct, seen: set) -> None:
     me = struct.as_pointer(), struct.bl_rna.identifier
-    if me in seen:  # bones know their parents and these know them
-        told[path] = getattr(struct, "name", "seen")
+    if me in seen:  # parents and children refer to each other
+        found[path] = getattr(struct, "name", "seen")
         return
     seen.add(me)
     kind = me[1]
@@ -135,45 +133,45 @@ def _properties(told: dict, path: str, struct: bpy.types.bpy_struct, seen: set) 
         try:
             value = getattr(struct, name)
         except (AttributeError, RuntimeError, ValueError):
-            continue  # not to be asked in this state
+            continue  # not readable in this state
         where = f"{path}.{name}"
         if sort == "POINTER":
-            _pointer(told, where, value, seen)
+            _pointer(found, where, value, seen)
         elif sort == "COLLECTION":
-            _collection(told, where, (kind, name), value, seen)
+            _collection(found, where, (kind, name), value, seen)
         else:
-            told[where] = _plain(value)
+            found[where] = _plain(value)
 
 
-def _pointer(told: dict, path: str, value: object, seen: set) -> None:
+def _pointer(found: dict, path: str, value: object, seen: set) -> None:
     if value is None:
-        told[path] = None
+        found[path] = None
     elif isinstance(value, bpy.types.ID) and not value.is_embedded_data:
-        told[path] = value.name_full
+        found[path] = value.name_full
     else:
-        _properties(told, path, value, seen)
+        _properties(found, path, value, seen)
 
 
-def _collection(told: dict, path: str, kind: tuple[str, str], values: object, seen: set) -> None:
+def _collection(found: dict, path: str, kind: tuple[str, str], values: object, seen: set) -> None:
     if kind in BULK:
         name, sort, width = BULK[kind]
         numbers = np.empty(len(values) * width, dtype=sort)
         values.foreach_get(name, numbers)
-        told[path] = len(values), hashlib.sha1(numbers.tobytes()).hexdigest()[:12]
+        found[path] = len(values), hashlib.sha1(numbers.tobytes()).hexdigest()[:12]
         return
-    told[f"{path}.length"] = len(values)
+    found[f"{path}.length"] = len(values)
     for number, value in enumerate(values):
         where = f"{path}[{getattr(value, 'name', number)!s}]"
         if isinstance(value, bpy.types.ID):
-            told[where] = value.name_full
+            found[where] = value.name_full
         else:
-            _properties(told, where, value, seen)
+            _properties(found, where, value, seen)
             if hasattr(value, "keys") and isinstance(value, bpy.types.PoseBone):
-                told[f"{where}[custom]"] = _custom(value)
+                found[f"{where}[custom]"] = _custom(value)
 
 
 def _plain(value: object) -> object:
-    """A value that outlives the data-block; not-a-number equals itself."""
+    """Return a copy of a value in which NaN equals itself."""
     if isinstance(value, float) and math.isnan(value):
         return "nan"
     if isinstance(value, bool | int | float | str | bytes | None):
@@ -187,12 +185,12 @@ def _plain(value: object) -> object:
 
 
 def _custom(block: bpy.types.bpy_struct) -> str:
-    """Custom properties as text."""
-    told = {}
+    """Return custom properties as text."""
+    found = {}
     for key in sorted(block.keys()):
         if key in block.bl_rna.properties:
             continue  # before Blender 5 an add-on's registered properties are stored here, and are read as such
         value = block[key]
         reader = getattr(value, "to_dict", None) or getattr(value, "to_list", None)
-        told[key] = reader() if reader else getattr(value, "name_full", value)
-    return repr(told)
+        found[key] = reader() if reader else getattr(value, "name_full", value)
+    return repr(found)

@@ -1,4 +1,4 @@
-"""Rigs of other programs, built as their files come into Blender: names, hierarchy, rest pose and axes of bones."""
+"""Rigs as imported from other programs: names, hierarchy, rest pose and bone axes."""
 
 from __future__ import annotations
 
@@ -18,10 +18,13 @@ from samp_blender.samp_addon.rigs import maps
 
 @dataclass(frozen=True)
 class Family:
-    """known: what it is recognised as. names: joint -> bone; parents: bone -> bone. extra: bones that are no joints ->
-    (parent, joint, another joint, share of the way between them). arms: degrees that the arms hang from the T-pose.
-    legs, width: of the hips, against our body's. unit: metres. upright: the armature's own up is Y. along: which of a
-    bone's own axes points along it."""
+    """A family of rigs.
+
+    known: name under which it is recognised. names: joint -> bone; parents: bone -> bone. extra: bones without a joint
+    -> (parent, joint, another joint, fraction of the distance between them). arms: degrees of the arms below the
+    T-pose. legs, width: leg length and hip width relative to the default body. unit: metres. upright: whether the
+    armature's own up axis is Y. along: the bone axis that points along the bone.
+    """
 
     known: str
     names: dict[str, str]
@@ -41,7 +44,7 @@ def _known(name: str, prefix: str = "") -> dict[str, str]:
 
 
 def _hierarchy(names: dict[str, str], **changes: str) -> dict[str, str]:
-    """Bone -> parent as SMPL-X has it, with these changes."""
+    """Return bone -> parent as in SMPL-X, with changes."""
     result = {}
     for joint, bone in names.items():
         above = skeleton.PARENTS[skeleton.INDEX[joint]]
@@ -131,7 +134,7 @@ FAMILIES = {
 
 
 def rest_joints(family: Family) -> dict[str, np.ndarray]:
-    """Places (3,) of joints in the rig's rest pose, network frame, the soles on the ground."""
+    """Return joint positions (3,) in the rig's rest pose, network frame, soles on the ground."""
     ours = skeleton.default_rest_joints()
     places, turns = {}, {}
     for j, joint in enumerate(skeleton.JOINTS):
@@ -157,7 +160,7 @@ def rest_joints(family: Family) -> dict[str, np.ndarray]:
 
 
 def _end(joint: str, places: dict[str, np.ndarray], family: Family) -> np.ndarray:
-    """Where a joint's bone ends: at the next joint, or a little further on."""
+    """Return the tail of a joint's bone: the next joint, or a short extension."""
     nexts = {"hip": "knee", "knee": "ankle", "ankle": "foot", "shoulder": "elbow", "elbow": "wrist"}
     nexts |= {"collar": "shoulder", "wrist": "middle1"}
     trunk = {"pelvis": "spine1", "spine1": "spine2", "spine2": "spine3", "spine3": "neck", "neck": "head"}
@@ -175,7 +178,7 @@ def _end(joint: str, places: dict[str, np.ndarray], family: Family) -> np.ndarra
 
 
 def make(kind: str, name: str = "Rig") -> bpy.types.Object:
-    """A rig of a family of FAMILIES, in its rest pose, without an Action."""
+    """Create a rig of a family of FAMILIES, in its rest pose, without an Action."""
     family = FAMILIES[kind]
     places = rest_joints(family)
     bones = {
@@ -207,8 +210,10 @@ def make(kind: str, name: str = "Rig") -> bpy.types.Object:
 
 
 def _axes(way: np.ndarray, along: str, k: int) -> np.ndarray:
-    """A bone's rest axes (3, 3): one of them along it, rolled by a different angle for every bone; of Unreal's
-    kind, every second bone looks the other way."""
+    """Return a bone's rest axes (3, 3): one along the bone, with a different roll for each bone.
+
+    For Unreal's axes every second bone points the other way.
+    """
     y = way / np.linalg.norm(way)
     x = np.cross(y, [0.3, 0.2, 1.0])
     x /= np.linalg.norm(x)
@@ -244,7 +249,7 @@ os._exit(0)
 
 @functools.cache
 def _rigify_file() -> Path:
-    """A file with Rigify humans, made in a process of its own: older Blenders crash at exit when Rigify was on."""
+    """Return a file with Rigify humans, made in a separate process: older versions crash at exit with Rigify on."""
     path = Path(tempfile.mkdtemp()) / "rigify.blend"
     command = [sys.executable, "-c", _MAKE_RIGIFY, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
@@ -253,7 +258,7 @@ def _rigify_file() -> Path:
 
 
 def rigify(kind: str) -> bpy.types.Object:
-    """A Rigify human: "metarig", or the generated "basic" or "full" one."""
+    """Load a Rigify human: "metarig", or the generated "basic" or "full" rig."""
     with bpy.data.libraries.load(str(_rigify_file())) as (_, wanted):
         wanted.objects = [kind]
     rig = wanted.objects[0]
@@ -263,7 +268,7 @@ def rigify(kind: str) -> bpy.types.Object:
 
 
 def dress(armature: bpy.types.Object, bones: dict[str, str], floor: float = 0.0) -> bpy.types.Object:
-    """A stick body on a rig: a bar for each joint's bone, shoes down to the floor (metres under the rig's origin)."""
+    """Add a stick body to a rig: a bar for each joint's bone, shoes to the floor (metres under the rig's origin)."""
     world = np.array(armature.matrix_world)
     points, faces, groups = [], [], {}
     rest = {
@@ -300,7 +305,7 @@ _BOX = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1
 
 
 def _tip(joint: str, rest: dict[str, np.ndarray]) -> np.ndarray | None:
-    """Where the bar of a joint ends."""
+    """Return the end of a joint's bar."""
     below = [name for name in rest if name in skeleton.INDEX and skeleton.PARENTS[skeleton.INDEX[name]] >= 0]
     children = [name for name in below if skeleton.JOINTS[skeleton.PARENTS[skeleton.INDEX[name]]] == joint]
     wanted = {"pelvis": "spine1", "spine3": "neck"}.get(joint)

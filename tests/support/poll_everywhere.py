@@ -1,6 +1,6 @@
-"""Installs a zip in this process' Blender and tries every operator everywhere; prints one line of JSON for test_polls.
+"""Installs a zip in this process' Blender and runs every operator everywhere; prints one line of JSON for test_polls.
 
-Usage: poll_everywhere.py ZIP FOLDER. The networks are stood in for; the rest is what the zip holds.
+Usage: poll_everywhere.py ZIP FOLDER. The networks are replaced by fakes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import bpy
 
 MODULE = "bl_ext.user_default.samp"
 FOLDER = Path(sys.argv[2])
-# What an operator is pressed with where its defaults name nothing. Others are pressed as they are.
+# Options of operators whose defaults name nothing.
 OPTIONS = {
     "sit_here": {"target": "Sofa"},
     "lie_here": {"target": "Bed"},
@@ -59,7 +59,7 @@ def mesh(name: str, boxes: list, rooms: object) -> None:
 
 
 def furnish(rooms: object) -> None:
-    """A sofa, a bed, a floor, a human, and an object of every other kind."""
+    """Add a sofa, a bed, a floor, a human, and an object of every other kind."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     mesh("Floor", [((-4, -0.1, -4), (4, 0, 4))], rooms)
     mesh("Sofa", [((-1, 0, -2), (1, 0.43, -1.2)), ((-1, 0.43, -2), (1, 0.8, -1.8))], rooms)
@@ -72,7 +72,7 @@ def furnish(rooms: object) -> None:
     }
     made["Surface"] = bpy.data.curves.new("Surface", "SURFACE")
     for name, kind in DATA.items():
-        # Between 4.3 and 4.5 the plain name is that of annotations, of which no object can be made.
+        # In 4.3 to 4.5 the plain name is that of annotations, which have no objects.
         data = getattr(bpy.data, f"{kind}_v3", getattr(bpy.data, kind, None))
         if data is not None:
             made[name] = data.new(name, "POINT") if kind == "lights" else data.new(name)
@@ -97,32 +97,32 @@ def activate(name: str | None) -> None:
 
 
 def polled() -> dict:
-    """What every operator answers here."""
+    """Return the poll of every operator, and errors of polls."""
     polls, wrong = {}, {}
     for name in names():
         try:
             polls[name] = getattr(bpy.ops.samp, name).poll()
-        except Exception as error:  # whatever it is, it is what this looks for
+        except Exception as error:  # any error is a finding
             wrong[name] = repr(error)
     wrong |= {name: repr(answer) for name, answer in polls.items() if not isinstance(answer, bool)}
     return {"mode": bpy.context.mode, "polls": polls, "wrong": wrong}
 
 
 def pressed() -> dict[str, str]:
-    """Every operator that can run here with no options: what it says, or nothing where it is done."""
-    told = {}
+    """Run every operator whose poll allows it, with defaults; return its error message, or an empty string."""
+    messages = {}
     for name in names():
         operator = getattr(bpy.ops.samp, name)
         if operator.poll():
             try:
-                told[name] = "" if operator("EXEC_DEFAULT", True) else "?"
+                messages[name] = "" if operator("EXEC_DEFAULT", True) else "?"
             except RuntimeError as error:
-                told[name] = str(error)
-    return told
+                messages[name] = str(error)
+    return messages
 
 
 def everywhere() -> dict:
-    """Polls with each kind of object active, in each of its modes."""
+    """Return the polls with each kind of object active, in each of its modes."""
     places = {}
     for name in (None, *sorted(bpy.data.objects.keys())):
         activate(name)
@@ -138,8 +138,8 @@ def everywhere() -> dict:
 
 
 def undone(again: Callable[[], None], fingerprint: object) -> dict[str, list[str]]:
-    """For each operator that is done: what of the file an undo does not bring back."""
-    told = {}
+    """Return for each operator that finishes what an undo does not restore."""
+    changes = {}
     for name in names():
         again()
         operator = getattr(bpy.ops.samp, name)
@@ -153,12 +153,12 @@ def undone(again: Callable[[], None], fingerprint: object) -> dict[str, list[str
             continue
         if done == {"FINISHED"}:
             bpy.ops.ed.undo()
-            told[name] = fingerprint.differences(before, fingerprint.taken(), additions=False)
-    return told
+            changes[name] = fingerprint.differences(before, fingerprint.taken(), additions=False)
+    return changes
 
 
 def undoes(name: str) -> bool:
-    """Whether an operator asks Blender for an undo step."""
+    """Return whether an operator pushes an undo step."""
     cls = importlib.import_module(f"{MODULE}.operators").operator_class(name)
     return "UNDO" in cls.bl_options
 

@@ -1,4 +1,4 @@
-"""Somebody who presses anything, in any order, and takes some of it back; by a seed, so that it can be repeated."""
+"""Random sequences of operators, undo and redo, reproducible by seed."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 import rooms
 from samp_blender.operators import OPERATORS, operator_class
 from samp_blender.samp_addon.blender import compat
-from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.motion import Motion
 
-# Waits for a window, or stops what one waits for.
-NOT_ALONE = {"stop"}
-# What an artist's data never lose. The character shows the takes; so does what is selected, and the scene's lists.
+# Operators that need work in progress.
+EXCLUDED = {"stop"}
+# Paths of the artist's data that may change: the character's pose and Action, selection, and the scene's settings.
 MAY_CHANGE = (
     r"objects/Human\.(mode|animation_data|pose\.bones)",
     r"objects/Human\[custom\]",
@@ -27,13 +27,13 @@ MAY_CHANGE = (
     r".*\.shown/|.*\.active|context\.",
     r"scenes/.*(layer_collection|\.cursor|\.samp\.)",
     r"scenes/.*\.frame_(start|end|current|current_final|float|subframe|preview_.*)",  # Fit Frame Range
-    r"objects/(Floor|Sofa|Bed)\[custom\]",  # a soft seat, which the artist asked for
+    r"objects/(Floor|Sofa|Bed)\[custom\]",  # Soft Seat
 )
 Step = tuple[str, dict]
 
 
 def build() -> None:
-    """A small room, a human with an Action of the artist's, and one selected sofa."""
+    """Build a small room, a human with an Action by the artist, and a selected sofa."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     for name, boxes in (
@@ -50,13 +50,13 @@ def build() -> None:
     still = np.tile([1.0, 0, 0, 0], (20, 22, 1))
     root = np.tile([1.5, 0.93, 1.5], (20, 1))
     mine = keyframes.write_motion(owner, Motion(root, still), "Mine", scene=scene, activate=False)
-    del mine[keyframes.NOTES]  # made by hand: none of our takes
+    del mine[notes.MOTION_KEY]  # keyed by the artist: not a take
     compat.assign(owner, mine)
     click("Sofa")
 
 
 def click(name: str | None) -> None:
-    """Makes one object, or nothing, the selected and active one."""
+    """Select and activate one object, or nothing."""
     for thing in bpy.context.selected_objects:
         thing.select_set(False)
     thing = bpy.data.objects.get(name) if name else None
@@ -66,7 +66,7 @@ def click(name: str | None) -> None:
 
 
 def options(name: str, rng: random.Random, files: Path) -> dict:
-    """What an operator is pressed with; sometimes something that cannot be."""
+    """Return random options of an operator, sometimes invalid ones."""
     target = rng.choice(("Sofa", "Sofa", "Bed", "Floor", "Nothing", ""))
     job = {"seed": rng.randrange(9), "hold": rng.choice((0.0, 1.0)), "variants": rng.choice((1, 1, 2))}
     place = (rng.uniform(-3, 3), rng.uniform(-3, 3), 0.0)
@@ -94,9 +94,9 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
 
 
 def sequence(seed: int, length: int, files: Path) -> list[Step]:
-    """What is pressed, by its seed."""
+    """Return the steps of a seed."""
     rng = random.Random(seed)
-    names = [name for name in OPERATORS if name not in NOT_ALONE]
+    names = [name for name in OPERATORS if name not in EXCLUDED]
     steps: list[Step] = []
     for _ in range(length):
         kind = rng.choices(("press", "undo", "redo", "click", "mode"), (8, 5, 3, 3, 1))[0]
@@ -111,7 +111,7 @@ def sequence(seed: int, length: int, files: Path) -> list[Step]:
 
 
 class User:
-    """Presses a sequence, and holds the file against what it was at each step of its history."""
+    """Runs a sequence and compares the file with each step of its undo history."""
 
     def __init__(self) -> None:
         build()
@@ -122,8 +122,8 @@ class User:
         self.history, self.now = [self.first], 0
 
     def do(self, step: Step) -> None:
-        """One step, and what must be true after it."""
-        name, told = step
+        """Run one step and check the file after it."""
+        name, arguments = step
         own: dict[str, Callable[[], None]] = {
             "undo": lambda: self._travel(-1),
             "redo": lambda: self._travel(1),
@@ -132,23 +132,23 @@ class User:
             own[name]()
             return
         if name == "click":
-            click(told["name"])
+            click(arguments["name"])
             self._push()
         elif name == "mode":
             self._change_mode()
         else:
-            self._press(name, told)
+            self._press(name, arguments)
         lost = fingerprint.differences(self.first, fingerprint.taken(), MAY_CHANGE)
         assert not lost, lost
         assert fingerprint.orphans() <= self.unused, fingerprint.orphans() - self.unused
 
-    def _press(self, name: str, told: dict) -> None:
+    def _press(self, name: str, arguments: dict) -> None:
         operator = getattr(bpy.ops.samp, name)
         if not operator.poll():
             return
         before = fingerprint.taken()
         try:
-            done = operator("EXEC_DEFAULT", True, **told)
+            done = operator("EXEC_DEFAULT", True, **arguments)
         except RuntimeError as error:
             text = str(error).strip()
             assert "Traceback" not in text and "\n" not in text and text.endswith("."), text
@@ -176,7 +176,7 @@ class User:
         self.now += 1
 
     def _travel(self, by: int) -> None:
-        """Undo or redo: the file is exactly what it was there."""
+        """Undo or redo, and check that the file is exactly as it was at that step."""
         if not 0 <= self.now + by < len(self.history):
             return
         (bpy.ops.ed.undo if by < 0 else bpy.ops.ed.redo)()
@@ -185,8 +185,8 @@ class User:
         assert not changed, changed
 
 
-def stand_in_for_the_networks(patch: object) -> None:
-    """patch: pytest's monkeypatch."""
+def replace_networks(patch: object) -> None:
+    """Replace the networks and the optimiser by fakes. patch: pytest's monkeypatch."""
     from samp_blender.samp_addon.methods.samp import goals, networks
     from samp_blender.samp_addon.refine import refinement as optimiser
 

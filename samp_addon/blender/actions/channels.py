@@ -1,4 +1,4 @@
-"""One bone's rotation channels in whatever rotation mode the artist left it, to and from quaternions."""
+"""Rotation channels of a bone, in any rotation mode, to and from quaternions."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _PATHS = {"QUATERNION": ("rotation_quaternion", 4), "AXIS_ANGLE": ("rotation_axi
 
 
 def rotation_channel(mode: str) -> tuple[str, int]:
-    """The property that holds the rotation in this mode, and how many numbers it has."""
+    """Return the property that holds the rotation in this mode, and its size."""
     return _PATHS.get(mode, ("rotation_euler", 3))
 
 
 def rest_values(path: str, size: int) -> tuple[float, ...]:
-    """What a channel holds in the rest pose."""
+    """Return the values of a channel in the rest pose."""
     if path == "scale":
         return (1.0,) * size
     if path == "rotation_quaternion":
@@ -25,7 +25,7 @@ def rest_values(path: str, size: int) -> tuple[float, ...]:
 
 
 def from_quaternions(mode: str, quaternions: np.ndarray) -> np.ndarray:
-    """Channel values (T, 3 or 4) of unit quaternions (T, 4), without jumps from frame to frame."""
+    """Convert unit quaternions (T, 4) to channel values (T, 3 or 4) that are continuous over time."""
     continuous = rotation.continuous(quaternions)
     if continuous[0, 0] < 0:
         continuous = -continuous
@@ -43,8 +43,8 @@ def from_quaternions(mode: str, quaternions: np.ndarray) -> np.ndarray:
     return values
 
 
-def near(mode: str, quaternions: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Channel values (T, 3 or 4) of unit quaternions (T, 4): of all that mean the same those next to ``values``."""
+def nearest(mode: str, quaternions: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Convert unit quaternions (T, 4) to the equivalent channel values (T, 3 or 4) nearest to ``values``."""
     if mode == "QUATERNION":
         return quaternions * np.where(np.sum(quaternions * values, axis=1, keepdims=True) < 0, -1.0, 1.0)
     if mode == "AXIS_ANGLE":
@@ -57,7 +57,7 @@ def near(mode: str, quaternions: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def to_quaternions(mode: str, values: np.ndarray) -> np.ndarray:
-    """Unit quaternions (T, 4) of channel values (T, 3 or 4)."""
+    """Convert channel values (T, 3 or 4) to unit quaternions (T, 4)."""
     if mode == "QUATERNION":
         return rotation.normalise(values)
     if mode == "AXIS_ANGLE":

@@ -1,4 +1,4 @@
-"""A Motion as an ordinary Action on an SMPL-X armature, and back."""
+"""Writes a Motion as an ordinary Action of an SMPL-X armature, and reads it back."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from ...errors import SampError
 from ...motion import Motion
 from ...rotation import turned
 from .. import compat
-from ..character.armature import Calibration, calibrate
-from ..takes.take_list import NOTES
-from . import channels
+from ..character.armature import Calibration, calibrate, find
+from . import channels, notes
 
 
 @dataclass(frozen=True)
 class _Channel:
-    """Values (T, n) of one property of one bone; (1, n) where it holds still."""
+    """Values (T, n) of one property of one bone; (1, n) if constant."""
 
     bone: str
     path: str
@@ -29,7 +28,7 @@ class _Channel:
 
 
 def frames_per_second(scene: bpy.types.Scene) -> float:
-    """The scene's frame rate."""
+    """Return the scene's frame rate."""
     return scene.render.fps / scene.render.fps_base
 
 
@@ -41,18 +40,17 @@ def write_motion(
     scene: bpy.types.Scene | None = None,
     activate: bool = True,
 ) -> bpy.types.Action:
-    """Writes a take as a new Action and, if ``activate``, makes it the armature's active one.
+    """Write a motion as a new Action and, if ``activate``, make it the armature's active one.
 
-    armature: any SMPL-X armature, wherever it stands. scene: its frame rate is the Action's; bpy.context's
-    if None. For other proportions than the take's see body/proportions.py. Nothing but the new Action is
-    made; an Action that it replaces as the active one keeps a fake user, so that it is saved. Raises
-    SampError for another rig, for a take with values that are not numbers, and where Blender does not allow
-    a new Action.
+    armature: any SMPL-X armature, at any place. scene: its frame rate is the Action's; by default that of
+    bpy.context. A motion of other proportions is adapted (body/proportions.py). Only the new Action is added;
+    the previously active Action gets a fake user, so that it is saved. Raise SampError for another rig, for a
+    motion with NaN or infinite values, and where Blender does not allow a new Action.
     """
     scene = scene or bpy.context.scene
-    _refuse_broken(motion)
+    _require_valid(motion)
     if activate:
-        refuse_locked(armature)
+        require_editable(armature)
     calibration = calibrate(armature)
     motion = proportions.adapt(motion, calibration.rest_joints).resampled(frames_per_second(scene))
     action = bpy.data.actions.new(name)
@@ -63,45 +61,49 @@ def write_motion(
         path = f'pose.bones["{bpy.utils.escape_identifier(channel.bone)}"].{channel.path}'
         for k in range(channel.values.shape[1]):
             writer.add(path, k, times[: len(channel.values)], channel.values[:, k], channel.bone)
-    action[NOTES] = _notes(motion, frame_start)
+    notes.write_motion(action, motion, frame_start)
     if activate:
         activate_action(armature, action)
     return action
 
 
 def activate_action(armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None) -> None:
-    """Makes an Action the active one; the one before it is kept in the file. slot: of the Action, if it is known."""
+    """Make an Action the active one and keep the previous one in the file. slot: the Action's slot, if known."""
     data = armature.animation_data
     if data is not None and data.action is not None and data.action != action:
         data.action.use_fake_user = True
     compat.assign(armature, action, slot)
 
 
-def _refuse_broken(motion: Motion) -> None:
-    """Raises SampError for a take that no armature can show."""
+def _require_valid(motion: Motion) -> None:
+    """Raise SampError for a motion that no armature can show."""
     if len(motion) == 0:
         raise SampError("The take has no frames; generate it again.")
     if motion.rotations.shape[1] < skeleton.BODY_COUNT:
         raise SampError(
-            f"The take moves {motion.rotations.shape[1]} joints; a body needs {skeleton.BODY_COUNT}."
+            f"The take has {motion.rotations.shape[1]} joints; a body needs {skeleton.BODY_COUNT}."
         )
     if not (np.isfinite(motion.root).all() and np.isfinite(motion.rotations).all()):
-        raise SampError("The take holds values that are not numbers; generate it again with another seed.")
+        raise SampError(
+            "The take has values that are not finite numbers; generate it again with another seed."
+        )
 
 
-def refuse_locked(armature: bpy.types.Object) -> None:
-    """Raises SampError where Blender would not let the armature have a new Action."""
+def require_editable(armature: bpy.types.Object) -> None:
+    """Raise SampError if Blender does not allow a new Action on the armature."""
     if not armature.is_editable:
         raise SampError(
             f"'{armature.name}' is linked from another file; make a library override of it first."
         )
     data = armature.animation_data
     if data is not None and data.use_tweak_mode:
-        raise SampError(f"'{armature.name}' is in tweak mode of the NLA editor; leave it (Tab) first.")
+        raise SampError(
+            f"'{armature.name}' is in tweak mode of the NLA editor; leave tweak mode (Tab) first."
+        )
 
 
 def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Motion) -> list[_Channel]:
-    """The pelvis' place, each bone's rotation, and the rest pose of whatever else would disturb."""
+    """Return the pelvis location, each bone's rotation, and rest values of other channels that would interfere."""
     pose = armature.pose.bones
     result = []
     for bone in calibration.ancestors:
@@ -128,36 +130,42 @@ def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Moti
 
 
 def pelvis_locations(calibration: Calibration, root: np.ndarray) -> np.ndarray:
-    """The pelvis bone's ``location`` (T, 3) for the pelvis joint (T, 3) in the network frame, metres."""
+    """Convert pelvis joint positions (T, 3), network frame, metres, to the pelvis bone's ``location`` (T, 3)."""
     inverse = np.linalg.inv(calibration.world)
-    place = frames.to_blender(root) @ inverse[:3, :3].T + inverse[:3, 3]
-    return (place - calibration.pelvis_head) @ calibration.bases[0]
+    position = frames.to_blender(root) @ inverse[:3, :3].T + inverse[:3, 3]
+    return (position - calibration.pelvis_head) @ calibration.bases[0]
 
 
 def bone_rotations(calibration: Calibration, rotations: np.ndarray) -> np.ndarray:
-    """Each bone's own quaternions (T, 55, 4) for SMPL-X local rotations (T, 55, 4) of the network frame."""
+    """Convert SMPL-X local rotations (T, 55, 4), network frame, to each bone's own quaternions (T, 55, 4)."""
     own = turned(rotations, calibration.axes)
-    own[:, 0] = rotation.multiply(_border(calibration), own[:, 0])
+    own[:, 0] = rotation.multiply(_root_turn(calibration), own[:, 0])
     return turned(own, np.swapaxes(calibration.bases, 1, 2))
 
 
-def _border(calibration: Calibration) -> np.ndarray:
-    """Quaternion (4,): a root turn, seen in the armature's axes, from the network's world to the armature."""
+def _root_turn(calibration: Calibration) -> np.ndarray:
+    """Return the root's rotation from the network frame to the armature: quaternion (4,) in the armature's axes."""
     return rotation.matrix_to_quaternion(
         calibration.turn.T @ frames.BLENDER_FROM_NETWORK @ calibration.axes.T
     )
 
 
-def _notes(motion: Motion, frame_start: int) -> dict:
-    """What read_motion cannot see in keyframes."""
-    notes = {"frame_start": frame_start, "frame_end": frame_start + len(motion) - 1}
-    if motion.interaction_start is not None:
-        notes["interaction_start"] = frame_start + motion.interaction_start
-    for key in ("contacts", "actions"):
-        values = getattr(motion, key)
-        if values is not None:
-            notes[key] = values.astype(float).ravel().tolist()
-    return notes
+def action_of(armature: bpy.types.Object, name: str = "") -> bpy.types.Action:
+    """Return the Action of this name, or the armature's active one. Raise SampError where there is none."""
+    data = armature.animation_data
+    action = bpy.data.actions.get(name) if name else data and data.action
+    if action is None:
+        problem = f"There is no Action '{name}'" if name else f"'{armature.name}' has no Action"
+        raise SampError(f"{problem}; generate or choose a take first.")
+    return action
+
+
+def find_action(
+    context: bpy.types.Context, character: str = "", name: str = ""
+) -> tuple[bpy.types.Object, bpy.types.Action]:
+    """Return a character (see armature.find) and its Action (see action_of). Raise SampError where there is none."""
+    owner = find(context, character)
+    return owner, action_of(owner, name)
 
 
 def read_motion(
@@ -167,38 +175,35 @@ def read_motion(
     frame_end: int | None = None,
     scene: bpy.types.Scene | None = None,
 ) -> Motion:
-    """The inverse of write_motion: the Motion (55 joints) that an Action shows where the armature stands.
+    """Return the Motion (55 joints) of an Action, with the armature where it is now: the inverse of write_motion.
 
-    Reads the f-curves themselves, frame by frame at the scene's rate; constraints and NLA strips are not
-    seen. Without ``action`` the active one, without frames all of it. Raises SampError where there is no
-    Action.
+    Samples the f-curves at each frame of the scene's rate; constraints and NLA strips are ignored. action:
+    by default the active one. frame_start, frame_end: by default the Action's range. Raise SampError where
+    there is no Action.
     """
     scene = scene or bpy.context.scene
-    data = armature.animation_data
-    action = action or (data.action if data else None)
-    if action is None:
-        raise SampError(f"'{armature.name}' has no Action; generate or choose a take first.")
+    action = action or action_of(armature)
     calibration = calibrate(armature)
     start = int(np.floor(action.frame_range[0])) if frame_start is None else frame_start
     end = int(np.ceil(action.frame_range[1])) if frame_end is None else frame_end
     if end < start:
-        raise SampError(f"The frames {start} to {end} are none; give an end after the start.")
+        raise SampError(f"Frame range {start} to {end} is empty; set the end after the start.")
     reader = Reader(armature, action, np.arange(start, end + 1))
     location, quaternions = reader.pelvis_and_rotations(calibration)
     own = turned(quaternions, calibration.bases)
-    own[:, 0] = rotation.multiply(rotation.conjugate(_border(calibration)), own[:, 0])
-    place = location @ calibration.world[:3, :3].T + calibration.world[:3, 3]
+    own[:, 0] = rotation.multiply(rotation.conjugate(_root_turn(calibration)), own[:, 0])
+    position = location @ calibration.world[:3, :3].T + calibration.world[:3, 3]
     return Motion(
-        root=frames.to_network(place),
+        root=frames.to_network(position),
         rotations=rotation.continuous(turned(own, calibration.axes.T)),
         fps=frames_per_second(scene),
         rest_joints=calibration.rest_joints,
-        **_noted(action, start, end),
+        **notes.read_motion(action, start, end),
     )
 
 
 class Reader:
-    """Samples an Action's f-curves; a property without a curve holds the pose's value."""
+    """Samples an Action's f-curves; a property without a curve keeps the pose's value."""
 
     def __init__(self, armature: bpy.types.Object, action: bpy.types.Action, times: np.ndarray) -> None:
         self.pose = armature.pose.bones
@@ -208,40 +213,42 @@ class Reader:
         }
 
     def values(self, bone: str, path: str, size: int) -> np.ndarray:
-        """One property of a bone over the frames: (T, size)."""
-        held = getattr(self.pose[bone], path)
+        """Return one property of a bone over the frames, (T, size)."""
+        posed = getattr(self.pose[bone], path)
         result = np.empty((len(self.times), size))
         for k in range(size):
             curve = self.curves.get((f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{path}', k))
-            result[:, k] = held[k] if curve is None else _sampled(curve, self.times)
+            result[:, k] = posed[k] if curve is None else _sampled(curve, self.times)
         return result
 
     def quaternions(self, bone: str) -> np.ndarray:
-        """A bone's own rotation over the frames: (T, 4)."""
+        """Return a bone's own rotation over the frames, (T, 4)."""
         mode = self.pose[bone].rotation_mode
         return channels.to_quaternions(mode, self.values(bone, *channels.rotation_channel(mode)))
 
     def pelvis_and_rotations(self, calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
-        """The pelvis head (T, 3) in the armature's units, and each bone's own quaternions (T, 55, 4).
+        """Return the pelvis head (T, 3) in the armature's units, and each bone's own quaternions (T, 55, 4).
 
-        Bones above the pelvis are folded into the pelvis.
+        Transforms of bones above the pelvis are folded into the pelvis.
         """
         result = np.tile([1.0, 0.0, 0.0, 0.0], (len(self.times), len(calibration.bones), 1))
         for j, bone in enumerate(calibration.bones):
             if bone is not None:
                 result[:, j] = self.quaternions(bone)
         base = calibration.bases[0]
-        place = calibration.pelvis_head + self.values(calibration.bones[0], "location", 3) @ base.T
+        position = calibration.pelvis_head + self.values(calibration.bones[0], "location", 3) @ base.T
         whole = turned(result[:, 0], base)
         for head, turn, shift in self.ancestors(calibration):
-            place = rotation.rotate(turn, place - head) + head + shift
+            position = rotation.rotate(turn, position - head) + head + shift
             whole = rotation.multiply(turn, whole)
         result[:, 0] = turned(whole, base.T)
-        return place, result
+        return position, result
 
     def ancestors(self, calibration: Calibration) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """For each bone above the pelvis, the nearest first: its head (3,), and how it turns (T, 4) and shifts (T, 3)
-        what hangs from it; in the armature's axes and units."""
+        """Return head (3,), rotation (T, 4) and translation (T, 3) of each bone above the pelvis, nearest first.
+
+        In the armature's axes and units.
+        """
         result = []
         for bone in calibration.ancestors:
             rest = np.array(self.pose[bone].bone.matrix_local, dtype=np.float64)
@@ -251,7 +258,10 @@ class Reader:
 
 
 def _sampled(curve: bpy.types.FCurve, times: np.ndarray) -> np.ndarray:
-    """An f-curve's values (T,) at frames (T,): those of its keys where it has just these, or one, as takes have."""
+    """Return an f-curve's values (T,) at frames (T,).
+
+    Curves of takes have one key per frame, or a single one: their keys are read in bulk.
+    """
     keys = curve.keyframe_points
     if len(keys) in (1, len(times)) and not curve.modifiers:
         places = np.empty((len(keys), 2), np.float32)
@@ -259,20 +269,3 @@ def _sampled(curve: bpy.types.FCurve, times: np.ndarray) -> np.ndarray:
         if len(keys) == 1 or np.array_equal(places[:, 0], times):
             return places[:, 1]
     return np.array([curve.evaluate(time) for time in times])
-
-
-def _noted(action: bpy.types.Action, start: int, end: int) -> dict:
-    """Contacts, actions and the interaction's start, where the Action carries them for all these frames."""
-    notes = action.get(NOTES)
-    if notes is None or start < notes["frame_start"] or end > notes["frame_end"]:
-        return {}
-    chosen = slice(start - notes["frame_start"], end + 1 - notes["frame_start"])
-    total = notes["frame_end"] - notes["frame_start"] + 1
-    result = {
-        key: np.array(notes[key][:], dtype=np.float64).reshape(total, -1)[chosen]
-        for key in ("contacts", "actions")
-        if key in notes
-    }
-    if start <= notes.get("interaction_start", start - 1) <= end:
-        result["interaction_start"] = notes["interaction_start"] - start
-    return result

@@ -1,6 +1,6 @@
-"""A changed part of a take put into a copy of its Action; what was not changed keeps its own keys.
+"""Copies an Action with part of its motion replaced; channels that do not change keep their keys.
 
-Inside the part the changed channels get a key on each frame. Outside of it all shows what it showed before.
+Within the part, changed channels get a key on each frame. Outside of it the animation stays the same.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from ..character.armature import Calibration, calibrate
 from . import channels, keyframes
 
 FADE_SECONDS = 0.3
-"""In which a change grows or dies away where the part borders on frames that stay."""
+"""Length of the blend where the part borders on frames that stay."""
 
-UNCHANGED = 1e-5  # metres, or half an angle in radians: less is the rounding of whoever changed the motion
-_AT_ONCE = 1e-3  # frames between two keys that count as one
-# What a key holds, with its size and type. The types of handles come before the handles: setting one moves these.
+UNCHANGED = 1e-5  # metres, or half an angle in radians: below this a difference is rounding
+_SAME_FRAME = 1e-3  # frames: keys nearer than this count as one
+# Properties of a key with size and type. Handle types come before handles, because setting a type moves the handle.
 _PROPERTIES = {
     **dict.fromkeys(
         ("interpolation", "easing", "handle_left_type", "handle_right_type", "type"), (1, np.int32)
@@ -33,14 +33,14 @@ _PROPERTIES = {
 }
 
 
-def span(action: bpy.types.Action) -> tuple[int, int]:
-    """First and last frame of an Action, that of its keys and that which the artist gave it."""
+def frame_span(action: bpy.types.Action) -> tuple[int, int]:
+    """Return first and last frame of an Action: the union of its keys and its manual frame range."""
     (first, last), (own_first, own_last) = action.curve_frame_range, action.frame_range
     return int(np.floor(min(first, own_first))), int(np.ceil(max(last, own_last)))
 
 
-def fade(count: int, before: bool, after: bool, fps: float) -> np.ndarray:
-    """Share (T,) of the change that each of a part's frames gets; before, after: whether others border on it."""
+def fade_weights(count: int, before: bool, after: bool, fps: float) -> np.ndarray:
+    """Return the weight (T,) of the change in each frame. before, after: whether other frames border on the part."""
     length = max(min(FADE_SECONDS * fps, count / 3), 1.0)
     at, weights = np.arange(count), np.ones(count)
     if before:
@@ -50,8 +50,8 @@ def fade(count: int, before: bool, after: bool, fps: float) -> np.ndarray:
     return weights
 
 
-def blended(old: Motion, new: Motion, weights: np.ndarray) -> Motion:
-    """Between two motions of as many frames: the first where the weights (T,) are 0, the second where they are 1."""
+def blend(old: Motion, new: Motion, weights: np.ndarray) -> Motion:
+    """Blend two motions of equal length: ``old`` where weights (T,) are 0, ``new`` where they are 1."""
     rotations = old.rotations.copy()
     joints = min(rotations.shape[1], new.rotations.shape[1])
     mixed = rotation.slerp(rotations[:, :joints], new.rotations[:, :joints], weights[:, None])
@@ -60,7 +60,7 @@ def blended(old: Motion, new: Motion, weights: np.ndarray) -> Motion:
     return replace(old, root=root, rotations=rotations)
 
 
-def rekeyed(
+def rekey_copy(
     armature: bpy.types.Object,
     action: bpy.types.Action,
     old: Motion,
@@ -68,21 +68,21 @@ def rekeyed(
     frame_start: int,
     name: str,
 ) -> tuple[bpy.types.Action, object]:
-    """A copy of an Action with ``new`` in place of ``old``, which was read from it at frame_start; and its slot.
+    """Return a copy of an Action with ``new`` in place of ``old``, which was read from frame_start on; and its slot.
 
-    Bones above the pelvis, and all that Motions do not know, keep their curves. Where the Action goes on before or
-    after these frames, the change fades.
+    Bones above the pelvis and channels that a Motion does not have keep their curves. Where the Action extends
+    before or after these frames, the change is faded in or out.
     """
-    first, last = span(action)
+    first, last = frame_span(action)
     times = np.arange(frame_start, frame_start + len(old))
-    weights = fade(len(old), frame_start > first, times[-1] < last, old.fps)
-    motion = blended(old, new, weights)
+    weights = fade_weights(len(old), frame_start > first, times[-1] < last, old.fps)
+    motion = blend(old, new, weights)
     writer = compat.CurveWriter.on_copy(action, armature)
     try:
         writer.action.name, writer.action.use_fake_user = name, True
         rekey = _Rekey(writer, times, np.arange(min(first, times[0]), max(last, times[-1]) + 1))
         for bone, path, before, after in _changed(armature, action, old, motion, times):
-            # Exactly the old values where nothing is changed: there the curve goes on.
+            # Exactly the old values where the weight is 0, so that the curve continues without a step.
             values = np.where(weights[:, None] > 0, after, before)
             for k in range(values.shape[1]):
                 rekey(f'pose.bones["{bpy.utils.escape_identifier(bone)}"].{path}', k, values[:, k], bone)
@@ -95,84 +95,86 @@ def rekeyed(
 def _changed(
     armature: bpy.types.Object, action: bpy.types.Action, old: Motion, new: Motion, times: np.ndarray
 ) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
-    """Bone, property, and values (T, n) before and after, of all that differs between two motions."""
+    """Return bone, property, and values (T, n) before and after, of each channel that differs between two motions."""
     calibration, reader = calibrate(armature), keyframes.Reader(armature, action, times)
-    place, quaternions = _under_ancestors(calibration, reader, new)
+    position, quaternions = _bone_values(calibration, reader, new)
     sides = np.where(np.sum(old.rotations * new.rotations, axis=-1, keepdims=True) < 0, -1.0, 1.0)
     turned = np.linalg.norm(new.rotations * sides - old.rotations, axis=-1).max(0) > UNCHANGED
     result = []
     if np.abs(new.root - old.root).max() > UNCHANGED or turned[0]:
         before = reader.values(calibration.bones[0], "location", 3)
-        result.append((calibration.bones[0], "location", before, place))
+        result.append((calibration.bones[0], "location", before, position))
     for j in np.flatnonzero(turned):
         bone = calibration.bones[j]
         if bone is not None:
             mode = armature.pose.bones[bone].rotation_mode
             path, size = channels.rotation_channel(mode)
             before = reader.values(bone, path, size)
-            result.append((bone, path, before, channels.near(mode, quaternions[:, j], before)))
+            result.append((bone, path, before, channels.nearest(mode, quaternions[:, j], before)))
     return result
 
 
-def _under_ancestors(
+def _bone_values(
     calibration: Calibration, reader: keyframes.Reader, motion: Motion
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The pelvis bone's location (T, 3) and all bones' own quaternions (T, 55, 4), the bones above it moving as they
-    do: the inverse of ``Reader.pelvis_and_rotations``."""
+    """Return the pelvis bone's location (T, 3) and all bones' own quaternions (T, 55, 4).
+
+    Bones above the pelvis keep their animation: the inverse of ``Reader.pelvis_and_rotations``.
+    """
     quaternions = keyframes.bone_rotations(calibration, complete(motion.rotations))
     base = calibration.bases[0]
     inverse = np.linalg.inv(calibration.world)
-    place = frames.to_blender(motion.root) @ inverse[:3, :3].T + inverse[:3, 3]
+    position = frames.to_blender(motion.root) @ inverse[:3, :3].T + inverse[:3, 3]
     whole = keyframes.turned(quaternions[:, 0], base)
     for head, turn, shift in reversed(reader.ancestors(calibration)):
         back = rotation.conjugate(turn)
-        place = rotation.rotate(back, place - head - shift) + head
+        position = rotation.rotate(back, position - head - shift) + head
         whole = rotation.multiply(back, whole)
     quaternions[:, 0] = keyframes.turned(whole, base.T)
-    return (place - calibration.pelvis_head) @ base, quaternions
+    return (position - calibration.pelvis_head) @ base, quaternions
 
 
 @dataclass(frozen=True)
 class _Rekey:
-    """Puts values into curves. times: (T,) the frames they are for. all_times: all that the Action has."""
+    """Writes values to curves. times: (T,) frames of the values. all_times: all frames of the Action."""
 
     writer: compat.CurveWriter
     times: np.ndarray
     all_times: np.ndarray
 
     def __call__(self, path: str, index: int, values: np.ndarray, group: str) -> None:
-        """One curve gets these values (T,) at the frames; it is made where there is none."""
+        """Write values (T,) at the frames to one curve, which is added if missing."""
         curve = self.writer.find(path, index)
         if curve is None:
             self.writer.add(path, index, self.times, values, group)
         elif len(curve.keyframe_points) and not curve.modifiers and curve.extrapolation == "CONSTANT":
-            self._between_keys(curve, values)
+            self._replace_keys(curve, values)
         else:
-            # What shows through modifiers, or beyond the keys, is no key: here each frame becomes one.
-            shown = np.array([curve.evaluate(time) for time in self.all_times])
-            shown[np.searchsorted(self.all_times, self.times)] = values
+            # Values from modifiers or extrapolation have no keys: bake a key on each frame.
+            baked = np.array([curve.evaluate(time) for time in self.all_times])
+            baked[np.searchsorted(self.all_times, self.times)] = values
             extrapolation = curve.extrapolation
             self.writer.remove(curve)
-            self.writer.add(path, index, self.all_times, shown, group).extrapolation = extrapolation
+            self.writer.add(path, index, self.all_times, baked, group).extrapolation = extrapolation
 
-    def _between_keys(self, curve: bpy.types.FCurve, values: np.ndarray) -> None:
+    def _replace_keys(self, curve: bpy.types.FCurve, values: np.ndarray) -> None:
         keys, own = _Keys.of(curve), _Keys.linear(self.times, values)
-        before, after = keys.at < self.times[0] - _AT_ONCE, keys.at > self.times[-1] + _AT_ONCE
+        before, after = keys.at < self.times[0] - _SAME_FRAME, keys.at > self.times[-1] + _SAME_FRAME
         left, right = keys.frozen().where(before), keys.frozen().where(after)
         parts = [own]
         if len(left.at):
             parts = [left, *_bridge(curve, keys, left, left.at[-1], self.times[0]), *parts]
         if len(right.at):
             parts += [*_bridge(curve, keys, own, self.times[-1], right.at[0]), right]
-        _Keys.joined(parts).put(curve)
+        _Keys.joined(parts).replace_in(curve)
 
 
 def _bridge(curve: bpy.types.FCurve, keys: _Keys, last: _Keys, start: float, end: float) -> list[_Keys]:
-    """The keys that a curve needs between two frames to stay there as it is, now that its ``keys`` beyond are gone.
+    """Return keys that preserve a curve between two frames after its ``keys`` beyond them are removed.
 
-    last: those that end at start; what leads on from there is set.
+    last: keys that end at start; the interpolation of the final one is set.
     """
-    crossing = np.flatnonzero(keys.at <= start + _AT_ONCE)
+    crossing = np.flatnonzero(keys.at <= start + _SAME_FRAME)
     kind = keys.values["interpolation"][crossing[-1]] if len(crossing) else None
     if kind in (_choice("interpolation", "LINEAR"), _choice("interpolation", "CONSTANT")):
         last.values["interpolation"][-1] = kind
@@ -183,19 +185,19 @@ def _bridge(curve: bpy.types.FCurve, keys: _Keys, last: _Keys, start: float, end
 
 
 def _choice(name: str, identifier: str) -> int:
-    """The number of an enum's item, as bulk access to keys has it."""
+    """Return the integer value of an enum item, for foreach_get and foreach_set."""
     return bpy.types.Keyframe.bl_rna.properties[name].enum_items[identifier].value
 
 
 @dataclass(frozen=True)
 class _Keys:
-    """All that some keys of a curve hold: by property (n,), or (n, 2) for points."""
+    """Properties of keys of a curve: name -> (n, 1), or (n, 2) for points."""
 
     values: dict[str, np.ndarray]
 
     @classmethod
     def of(cls, curve: bpy.types.FCurve) -> _Keys:
-        """A curve's own."""
+        """Read the keys of a curve."""
         points, values = curve.keyframe_points, {}
         for name, (shape, kind) in _PROPERTIES.items():
             flat = np.empty(len(points) * shape, dtype=kind)
@@ -205,7 +207,7 @@ class _Keys:
 
     @classmethod
     def linear(cls, times: np.ndarray, heights: np.ndarray) -> _Keys:
-        """Keys at frames (n,) with linear ways between them."""
+        """Make keys at frames (n,) with linear interpolation."""
         count = len(times)
         values = {name: np.zeros((count, shape), dtype=kind) for name, (shape, kind) in _PROPERTIES.items()}
         values["co"][:] = values["handle_left"][:] = values["handle_right"][:] = np.stack([times, heights], 1)
@@ -218,20 +220,20 @@ class _Keys:
 
     @classmethod
     def joined(cls, parts: list[_Keys]) -> _Keys:
-        """All keys of the parts, in their order."""
+        """Concatenate keys in the given order."""
         return cls({name: np.concatenate([part.values[name] for part in parts]) for name in _PROPERTIES})
 
     @property
     def at(self) -> np.ndarray:
-        """Their frames (n,)."""
+        """Frames (n,) of the keys."""
         return self.values["co"][:, 0]
 
     def where(self, flags: np.ndarray) -> _Keys:
-        """Those with a flag (n,)."""
+        """Return the keys whose flag (n,) is set."""
         return _Keys({name: value[flags] for name, value in self.values.items()})
 
     def frozen(self) -> _Keys:
-        """The same, with handles that do not follow when the keys beside them change."""
+        """Return the keys with handles that stay when neighbouring keys change."""
         values = dict(self.values)
         for side in ("handle_left_type", "handle_right_type"):
             straight = np.isin(values[side], [_choice(side, kind) for kind in ("AUTO", "AUTO_CLAMPED")])
@@ -240,8 +242,8 @@ class _Keys:
             values[side][free] = _choice(side, "FREE")
         return _Keys(values)
 
-    def put(self, curve: bpy.types.FCurve) -> None:
-        """Makes them the curve's keys, in place of those it has."""
+    def replace_in(self, curve: bpy.types.FCurve) -> None:
+        """Replace all keys of a curve by these."""
         points = curve.keyframe_points
         points.clear()
         points.add(len(self.at))

@@ -1,8 +1,7 @@
-"""Finds an SMPL-X armature, checks that it is one, and measures how it differs from our skeleton.
+"""Finds, checks and calibrates SMPL-X armatures.
 
-The two public SMPL-X add-ons make different armatures (metres with Z up; centimetres with Y up on a turned
-object). Nothing of that is assumed here: axes, scale and proportions are read from the armature's own rest
-bones.
+The two public SMPL-X add-ons create different armatures (metres, Z up; centimetres, Y up on a rotated object). No
+convention is assumed: axes, scale and proportions are read from the armature's rest bones.
 """
 
 from __future__ import annotations
@@ -17,20 +16,20 @@ from ...errors import SampError
 
 # Other names of the same joint.
 ALIASES = {"left_eye_smplhf": ("left_eye",), "right_eye_smplhf": ("right_eye",)}
-# As a matrix entry: what is nearer to whole axes than this is meant to be there.
+# Matrix entries nearer than this to whole axes are snapped to them.
 _SNAP = 0.06
-# Degrees that an arm or a leg may lean from the T-pose by the body's shape; more is another rest pose.
+# Degrees by which body shape may turn an arm or a leg from the T-pose; more is another rest pose.
 _MAX_BEND = 30.0
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """How an armature relates to the network's skeleton.
+    """Relation of an armature to the network's skeleton.
 
-    bones: the bone of each of the 55 joints, None where the armature has none. ancestors: bones above the
-    pelvis. axes: (3, 3) turns network axes into the armature's own. bases: (55, 3, 3) rest rotation of each
+    bones: the bone of each of the 55 joints, or None. ancestors: bones above the
+    pelvis. axes: (3, 3) rotates network axes to the armature's own. bases: (55, 3, 3) rest rotation of each
     bone in the armature's axes. world: (4, 4) of the object; turn: (3, 3) its rotation; scale: metres of
-    the world to a unit. pelvis_head: (3,) in the armature's units. rest_joints: (55, 3) metres of the
+    the world per unit. pelvis_head: (3,) in the armature's units. rest_joints: (55, 3) metres of the
     world, network frame, pelvis at the origin.
     """
 
@@ -46,25 +45,25 @@ class Calibration:
 
 
 def bone_name(armature: bpy.types.Object, joint: str) -> str | None:
-    """The armature's bone for an SMPL-X joint, or None."""
+    """Return the armature's bone for an SMPL-X joint, or None."""
     names = (joint, *ALIASES.get(joint, ()))
     return next((name for name in names if name in armature.data.bones), None)
 
 
 def missing_bones(armature: bpy.types.Object) -> list[str]:
-    """The body joints (of 22) for which the armature has no bone."""
+    """Return the body joints (of 22) for which the armature has no bone."""
     return [joint for joint in skeleton.BODY_JOINTS if bone_name(armature, joint) is None]
 
 
 def is_smplx(obj: bpy.types.Object | None) -> bool:
-    """Whether the object is an armature with the 22 SMPL-X body bones."""
+    """Return whether the object is an armature with the 22 SMPL-X body bones."""
     return obj is not None and obj.type == "ARMATURE" and not missing_bones(obj)
 
 
 def find(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
-    """The SMPL-X armature of this name, or the active one, the active mesh's, or the scene's only one.
+    """Return the SMPL-X armature of this name, or the active one, the active mesh's, or the scene's only one.
 
-    Raises SampError where there is none, or where it cannot be told which of several is meant.
+    Raise SampError where there is none, or several and none of them is active.
     """
     if name:
         named = context.scene.objects.get(name)
@@ -84,19 +83,19 @@ def find(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
         return present[0]
     if present:
         names = ", ".join(f"'{obj.name}'" for obj in present)
-        raise SampError(f"The scene has several characters ({names}); select the one that is meant.")
+        raise SampError(f"The scene has several characters ({names}); select one of them.")
     raise SampError("The scene has no SMPL-X armature; create a character first.")
 
 
 def _armature_of(obj: bpy.types.Object | None) -> bpy.types.Object | None:
-    """The object itself, or the armature that deforms it."""
+    """Return the object itself, or the armature that deforms it."""
     if obj is None or obj.type == "ARMATURE":
         return obj
     return obj.find_armature()
 
 
 def check(armature: bpy.types.Object) -> None:
-    """Raises SampError, naming the bones, where the armature is not an SMPL-X one."""
+    """Raise SampError, naming the bones, where the armature is not an SMPL-X armature."""
     missing = missing_bones(armature)
     if missing:
         raise SampError(
@@ -109,25 +108,27 @@ def check(armature: bpy.types.Object) -> None:
         if j and bone_name(armature, skeleton.JOINTS[skeleton.PARENTS[j]]) not in above:
             wanted = skeleton.JOINTS[skeleton.PARENTS[j]]
             raise SampError(
-                f"'{armature.name}' has a bone '{joint}' that does not hang from '{wanted}'; parent it there."
+                f"Bone '{joint}' of '{armature.name}' is not a child of '{wanted}'; parent it there."
             )
         if bone.parent is not None and not bone.use_inherit_rotation:
-            raise SampError(f"The bone '{joint}' of '{armature.name}' must inherit rotation; switch it on.")
+            raise SampError(
+                f"Bone '{joint}' of '{armature.name}' does not inherit rotation; turn on Inherit Rotation."
+            )
     pelvis = armature.data.bones["pelvis"]
     if pelvis.use_connect or not pelvis.use_local_location:
         raise SampError(
-            f"The bone 'pelvis' of '{armature.name}' is held; switch Connected off and Local Location on."
+            f"Bone 'pelvis' of '{armature.name}' cannot move; turn off Connected and turn on Local Location."
         )
 
 
 def calibrate(armature: bpy.types.Object) -> Calibration:
-    """Measures an SMPL-X armature in its rest pose where it stands now.
+    """Measure an SMPL-X armature in its rest pose, with its object where it is now.
 
-    Raises SampError for another rig, a rest pose that is not SMPL-X's T-pose, and a scale that differs by
+    Raise SampError for another rig, a rest pose that is not SMPL-X's T-pose, and a scale that differs by
     axis.
     """
     check(armature)
-    bpy.context.view_layer.update()  # matrix_world is stale after a script has moved the object
+    bpy.context.view_layer.update()  # matrix_world is stale after a script moved the object
     bones = tuple(bone_name(armature, joint) for joint in skeleton.JOINTS)
     data = [armature.data.bones[name] if name else None for name in bones]
     heads = np.array([bone.head_local if bone else (np.nan,) * 3 for bone in data], dtype=np.float64)
@@ -145,18 +146,18 @@ def calibrate(armature: bpy.types.Object) -> Calibration:
         turn=turn,
         scale=scale,
         pelvis_head=heads[0],
-        rest_joints=_filled(rest),
+        rest_joints=_fill_missing(rest),
     )
 
 
 def orthonormal(matrices: np.ndarray) -> np.ndarray:
-    """The nearest rotations (..., 3, 3); float32 matrices of Blender are a little off."""
+    """Return the nearest rotations (..., 3, 3); Blender's float32 matrices are only approximately orthonormal."""
     u, _, vt = np.linalg.svd(matrices)
     return u @ vt
 
 
 def turn_and_scale(name: str, world: np.ndarray) -> tuple[np.ndarray, float]:
-    """Rotation and uniform scale of an object's matrix."""
+    """Return rotation (3, 3) and uniform scale of an object's matrix (4, 4)."""
     lengths = np.linalg.norm(world[:3, :3], axis=0)
     scale = float(lengths.mean())
     if scale < 1e-9 or not np.isfinite(world).all():
@@ -170,11 +171,10 @@ def turn_and_scale(name: str, world: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _axes(name: str, heads: np.ndarray) -> np.ndarray:
-    """The turn (3, 3) of network axes onto the armature's own, from its rest joints (22, 3).
+    """Return the rotation (3, 3) of network axes to the armature's own, from its rest joints (22, 3).
 
-    Proportions bias the best fit by a degree or two, so it is snapped: to whole axes where it is near them,
-    else up alone, with the side from the pairs of left and right joints (a rest pose that was turned and
-    then applied).
+    Proportions bias the best fit by a degree or two, so it is snapped: to whole axes if near, else only the up
+    axis, with the side axis from the pairs of left and right joints (a rotation that was applied to the rest pose).
     """
     ours = skeleton.default_rest_joints()[: skeleton.BODY_COUNT]
     u, _, vt = np.linalg.svd((heads - heads.mean(0)).T @ (ours - ours.mean(0)))
@@ -198,7 +198,7 @@ def _axes(name: str, heads: np.ndarray) -> np.ndarray:
 
 
 def _angles(own: np.ndarray, ours: np.ndarray) -> np.ndarray:
-    """Angles (22,) in degrees between long bones (arms and legs) of two skeletons; 0 for the others."""
+    """Return angles (22,) in degrees between long bones (arms and legs) of two skeletons; 0 for other bones."""
     result = np.zeros(skeleton.BODY_COUNT)
     for joint in ("knee", "ankle", "elbow", "wrist"):
         for side in ("left", "right"):
@@ -209,8 +209,8 @@ def _angles(own: np.ndarray, ours: np.ndarray) -> np.ndarray:
     return result
 
 
-def _filled(rest: np.ndarray) -> np.ndarray:
-    """Rest joints with the missing ones set from the default skeleton's offsets to their parents."""
+def _fill_missing(rest: np.ndarray) -> np.ndarray:
+    """Return rest joints with missing ones set by the default skeleton's offsets from their parents."""
     ours = skeleton.default_rest_joints()
     rest = rest.copy()
     for j in range(1, len(rest)):
@@ -220,7 +220,7 @@ def _filled(rest: np.ndarray) -> np.ndarray:
 
 
 def standing_place(armature: bpy.types.Object) -> tuple[np.ndarray, float]:
-    """Where the character stands now: (3,) pelvis joint and yaw in radians, network frame."""
+    """Return where the character stands: pelvis joint (3,), metres, and yaw, radians, network frame."""
     calibration = calibrate(armature)
     pose = np.array(armature.matrix_world @ armature.pose.bones["pelvis"].matrix, dtype=np.float64)
     forward = (

@@ -1,4 +1,4 @@
-"""Makes the default human: a skinned mesh on a 55-bone SMPL-X armature, on its feet where it is wanted."""
+"""Creates the default human: a skinned mesh on a 55-bone SMPL-X armature."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .. import compat
 from .armature import calibrate
 from .materials import body_materials
 
-# Custom property of an armature made here: the shapes its joints were made for.
+# Custom property of an armature created here: its body shape.
 SHAPES = "samp_shapes"
 _BONE_LENGTH = {"body": 0.1, "small": 0.02}
-# Rotation vectors in degrees, network axes, of somebody who waits: the left side; the right mirrors it.
-_WAITING = {"shoulder": (0.0, 0.0, -66.0), "elbow": (0.0, -16.0, 0.0), "collar": (0.0, 0.0, -6.0)}
+# Standing pose of the left side, rotation vectors in degrees, network axes; mirrored for the right side.
+_STANDING = {"shoulder": (0.0, 0.0, -66.0), "elbow": (0.0, -16.0, 0.0), "collar": (0.0, 0.0, -6.0)}
 
 
 def create_character(
@@ -27,12 +27,11 @@ def create_character(
     yaw: float = 0.0,
     name: str = "Human",
 ) -> bpy.types.Object:
-    """Makes the human and returns its armature, which becomes the active object.
+    """Create the human and return its armature, which becomes the active object.
 
-    shapes: values from 0 to 1 of the body shapes (male, female, tall, short, ...): the mesh's shape keys
-    get them and the joints follow. location: where the soles stand, metres of the world. yaw: radians, 0
-    faces -Y, positive turns left. The armature's axes are SMPL-X's: a bone's rotation_quaternion is the
-    joint's rotation, and so anything that reads SMPL-X armatures reads this one.
+    shapes: weights from 0 to 1 of the body shapes (male, female, tall, short, ...), applied to the mesh's shape
+    keys and the joints. location: of the soles, metres, Blender's world. yaw: radians, 0 faces -Y, positive turns
+    left. The bones' axes are SMPL-X's: a bone's rotation_quaternion is the joint's rotation.
     """
     shapes = {key: value for key, value in (shapes or {}).items() if value}
     default, body = human.load(), human.load().shaped(shapes)
@@ -42,7 +41,7 @@ def create_character(
     _bind(mesh, armature, default)
     armature.location, armature.rotation_euler = location, (0.0, 0.0, yaw)
     armature[SHAPES] = shapes
-    wait(armature)
+    pose_standing(armature)
     for obj in context.selected_objects:
         obj.select_set(False)
     armature.select_set(True)
@@ -51,20 +50,20 @@ def create_character(
     return armature
 
 
-def wait(armature: bpy.types.Object) -> None:
-    """Poses an armature made here as somebody who waits: arms down, fingers relaxed. No keyframes."""
+def pose_standing(armature: bpy.types.Object) -> None:
+    """Pose an armature created here with arms down and fingers relaxed. No keyframes."""
     for i, joint in enumerate(skeleton.JOINTS[skeleton.BODY_COUNT :]):
         armature.pose.bones[joint].rotation_quaternion = relaxed_hands()[i]
-    for joint, degrees in _WAITING.items():
+    for joint, degrees in _STANDING.items():
         for side, mirror in (("left", (1, 1, 1)), ("right", (1, -1, -1))):
             vector = np.radians(np.array(degrees) * mirror)
             armature.pose.bones[f"{side}_{joint}"].rotation_quaternion = rotation.from_axis_angle(vector)
 
 
 def body_of(armature: bpy.types.Object) -> Human:
-    """The body to measure an armature's takes with: the default human in this armature's shape and size.
+    """Return the body to measure an armature's takes with: the default human in the armature's shape and size.
 
-    For an armature made elsewhere the default human is stretched along the armature's own bones.
+    For an armature from elsewhere the default human is fitted to the armature's bones.
     """
     joints = calibrate(armature).rest_joints
     shapes = armature.get(SHAPES)
@@ -73,13 +72,13 @@ def body_of(armature: bpy.types.Object) -> Human:
 
 
 def has_surface(context: bpy.types.Context, armature: bpy.types.Object) -> bool:
-    """Whether a mesh with faces hangs on the armature's bones."""
+    """Return whether the armature deforms a mesh with faces."""
     meshes = (obj for obj in context.scene.objects if obj.type == "MESH" and obj.data.polygons)
     return any(mesh.find_armature() == armature for mesh in meshes)
 
 
 def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.types.Object:
-    """An armature with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
+    """Create an armature with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
     data = bpy.data.armatures.new(name)
     data.display_type = "STICK"
     armature = bpy.data.objects.new(name, data)
@@ -103,7 +102,7 @@ def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.
 
 
 def _sort_bones(data: bpy.types.Armature) -> None:
-    """Bone collections, so that an artist can hide the fingers."""
+    """Assign bones to collections, so that e.g. the fingers can be hidden."""
     groups = {key: data.collections.new(key) for key in ("Body", "Face", "Left hand", "Right hand")}
     for bone in data.bones:
         j = skeleton.INDEX.get(bone.name, 0)
@@ -114,7 +113,7 @@ def _sort_bones(data: bpy.types.Armature) -> None:
 def _mesh(
     context: bpy.types.Context, body: Human, lift: np.ndarray, shapes: dict[str, float], name: str
 ) -> bpy.types.Object:
-    """The mesh object with its materials and shape keys, lifted by ``lift`` (3,)."""
+    """Create the mesh object with its materials and shape keys, offset by ``lift`` (3,)."""
     data = bpy.data.meshes.new(name)
     faces = [face[:3] if face[2] == face[3] else face for face in body.faces.tolist()]
     data.from_pydata(frames.to_blender(body.vertices + lift).tolist(), [], faces)
@@ -134,7 +133,7 @@ def _mesh(
 
 
 def _bind(mesh: bpy.types.Object, armature: bpy.types.Object, body: Human) -> None:
-    """Vertex groups, parent and Armature modifier: linear blend skinning, as body/human.py does it."""
+    """Add vertex groups, parent and Armature modifier: linear blend skinning as in body/human.py."""
     groups = [mesh.vertex_groups.new(name=joint) for joint in skeleton.JOINTS]
     for k in range(body.weights.shape[1]):
         used = np.flatnonzero(body.weights[:, k] > 0)
@@ -149,7 +148,7 @@ def _bind(mesh: bpy.types.Object, armature: bpy.types.Object, body: Human) -> No
 
 
 def _link(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    """Puts an object into the active collection, or the scene's own where that one is linked."""
+    """Link an object to the active collection, or to the scene collection if that one cannot be edited."""
     collection = context.collection
     if collection is None or not collection.is_editable or obj.name in collection.objects:
         collection = context.scene.collection

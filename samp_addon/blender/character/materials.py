@@ -1,4 +1,4 @@
-"""What the default human looks like: one material for each part of the body."""
+"""Materials of the default human, one for each part of the body."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOOKS = {
 
 
 def body_materials() -> list[bpy.types.Material]:
-    """The materials in the order of MATERIALS; made once for each file, so that an artist's changes stay."""
+    """Return the materials in the order of MATERIALS; existing ones are reused, with the artist's changes."""
     return [_material(part) for part in MATERIALS]
 
 
@@ -47,6 +47,6 @@ def _material(part: str) -> bpy.types.Material:
     shader.inputs["Roughness"].default_value = look.roughness
     for key, value in look.inputs.items():
         shader.inputs[key].default_value = value
-    material.diffuse_color = (*look.colour, 1.0)  # what Workbench and the solid viewport show
+    material.diffuse_color = (*look.colour, 1.0)  # for Workbench and the solid viewport
     material.roughness = look.roughness
     return material

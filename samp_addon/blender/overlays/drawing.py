@@ -1,6 +1,6 @@
-"""Pictures of what the program sees, as objects of the artist's file: voxels, navmesh and path.
+"""Draws voxels, navmesh and path as overlay objects in the scene.
 
-They lie in a collection "SAMP", are never rendered, never read as scene, and can be deleted like any object.
+They are in the collection "SAMP", are never rendered or read as scene, and can be deleted like any object.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from ..scene.read_scene import OVERLAY_KEY
 
 COLLECTION = "SAMP"
 LIFT = 0.02
-"""Metres by which the navmesh and the path float over the floor, so that they can be seen."""
-ROPE = 0.02
-"""Radius of the path's line, metres."""
+"""Height in metres of navmesh and path over the floor, against z-fighting."""
+PATH_RADIUS = 0.02
+"""Bevel radius of the path curve, metres."""
 OCCUPANCY = "occupancy"
-"""Name of the colour attribute that holds the voxels' occupancy as brightness."""
+"""Name of the colour attribute with the voxels' occupancy."""
 COLOURS = {"grid": (1.0, 0.55, 0.1, 1.0), "navmesh": (0.2, 0.55, 1.0, 1.0), "path": (1.0, 0.15, 0.3, 1.0)}
 CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64) / 2
 CUBE_FACES = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
 
 
 def draw_grid(context: bpy.types.Context, grid: InteractionGrid, target: str) -> bpy.types.Object:
-    """A cube for each cell that the surface is near, as large as the cell is occupied."""
+    """Draw a cube for each cell near the surface, scaled by the cell's occupancy."""
     full = np.flatnonzero(grid.occupancy > 0)
     size = grid.occupancy[full][:, None, None] * grid.cell_size
     turn = np.stack([frames.yaw_direction(grid.yaw + np.pi / 2), (0, 1, 0), frames.yaw_direction(grid.yaw)])
@@ -41,7 +41,7 @@ def draw_grid(context: bpy.types.Context, grid: InteractionGrid, target: str) ->
 
 
 def draw_navmesh(context: bpy.types.Context, navmesh: NavMesh) -> bpy.types.Object:
-    """The walkable polygons as one mesh, a little over the floor."""
+    """Draw the walkable polygons as one mesh, slightly over the floor."""
     corners = frames.to_blender(navmesh.polygons + [0.0, LIFT, 0.0]).reshape(-1, 3)
     mesh = _mesh("SAMP Navmesh", corners, np.arange(len(corners)).reshape(-1, 4))
     obj = _place(context, "SAMP Navmesh", mesh, COLOURS["navmesh"])
@@ -50,9 +50,9 @@ def draw_navmesh(context: bpy.types.Context, navmesh: NavMesh) -> bpy.types.Obje
 
 
 def draw_path(context: bpy.types.Context, path: Path) -> bpy.types.Object:
-    """The way-points as a curve, a little over the floor; its points are those of the path."""
+    """Draw the way-points of a path as a curve, slightly over the floor."""
     curve = bpy.data.curves.new("SAMP Path", "CURVE")
-    curve.dimensions, curve.bevel_depth = "3D", ROPE
+    curve.dimensions, curve.bevel_depth = "3D", PATH_RADIUS
     points = frames.to_blender(path.waypoints + [0.0, LIFT, 0.0])
     spline = curve.splines.new("POLY")
     spline.points.add(len(points) - 1)
@@ -61,19 +61,19 @@ def draw_path(context: bpy.types.Context, path: Path) -> bpy.types.Object:
 
 
 def clear(context: bpy.types.Context) -> int:
-    """Takes all pictures out of the scene; returns how many there were."""
-    # Arrows and way-points are marked as well, but they are empties.
+    """Delete all voxel, navmesh and path overlays; return their number."""
+    # Goal arrows and way-points have the same property, but are empties.
     found = [obj for obj in context.scene.objects if obj.get(OVERLAY_KEY) and obj.data is not None]
-    for picture in found:
-        _remove(picture)
+    for overlay in found:
+        _remove(overlay)
     return len(found)
 
 
-def _remove(picture: bpy.types.Object) -> None:
-    """Takes a picture away, with what nobody else uses."""
-    data = picture.data
+def _remove(overlay: bpy.types.Object) -> None:
+    """Delete an overlay, and its data and materials if unused."""
+    data = overlay.data
     materials = list(data.materials) if data is not None else []
-    bpy.data.objects.remove(picture)
+    bpy.data.objects.remove(overlay)
     if data is not None and data.users == 0:
         bpy.data.batch_remove([data])
     bpy.data.batch_remove(
@@ -91,11 +91,11 @@ def _mesh(name: str, points: np.ndarray, quads: np.ndarray) -> bpy.types.Mesh:
 def _place(
     context: bpy.types.Context, name: str, data: bpy.types.ID, colour: tuple[float, float, float, float]
 ) -> bpy.types.Object:
-    """A new object in the add-on's collection, in place of the one it drew under this name before."""
+    """Add an object to the overlay collection, replacing the previous one of this name."""
     collection = _collection(context)
-    before = next((obj for obj in collection.objects if obj.get(OVERLAY_KEY) == name), None)
-    if before is not None:
-        _remove(before)
+    previous = next((obj for obj in collection.objects if obj.get(OVERLAY_KEY) == name), None)
+    if previous is not None:
+        _remove(previous)
     data.materials.append(_material(name.split(" ")[1], colour))
     obj = bpy.data.objects.new(name, data)
     obj[OVERLAY_KEY] = name
@@ -106,7 +106,7 @@ def _place(
 
 
 def _material(kind: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
-    """What shows a picture in its colour, one for each kind."""
+    """Return the material of a kind of overlay."""
     name = f"SAMP {kind}"
     found = bpy.data.materials.get(name) or bpy.data.materials.new(name)
     found.diffuse_color = colour

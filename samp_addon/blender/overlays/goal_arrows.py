@@ -1,4 +1,4 @@
-"""Goals as arrows in the artist's scene: drawn, moved, chosen and deleted like any object, and read back as Goals."""
+"""Goals as arrow objects in the scene, to move, select and delete like any object, and read back as Goals."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ TARGET_KEY = "samp_goal_target"
 ACTION_KEY = "samp_goal_action"
 ARROW_LENGTH = 0.4
 STEEPEST_ARROW = 0.2
-"""Least horizontal part of an arrow's direction; below it the arrow points at no side."""
+"""Least horizontal component of an arrow's unit direction; below it the arrow has no facing."""
 REACH = 0.25
-"""Metres by which an arrow may lie beside a place that carries."""
+"""Largest distance in metres from an arrow to a place that supports a body."""
 
 
 def sample_goals(
     context: bpy.types.Context, target: str, action: str = "sit", count: int = 5, seed: int = 0
 ) -> list[bpy.types.Object]:
-    """Draws goals on an object by GoalNet as arrows, in place of the arrows it had for this action.
+    """Sample goals on an object with GoalNet and draw them, replacing its arrows for this action.
 
-    target: name of an object, empty or collection. The rest of the scene, without characters, is what a body must
-    not hit. Raises SampError where the target is unknown or carries nobody.
+    target: name of an object, empty or collection. The rest of the scene, without characters, is an obstacle. Raise
+    SampError where the target is unknown or has no place for a body.
     """
     furniture, around = _surroundings(context, target)
     found = sampling.sample_goals(furniture.triangles, action, count, seed, around)
@@ -44,7 +44,7 @@ def sample_goals(
 
 
 def add_goals(context: bpy.types.Context, goals: Sequence[Goal], target: str) -> list[bpy.types.Object]:
-    """An arrow for each goal: it stands at the pelvis and points where the character will face."""
+    """Draw an arrow for each goal, at the pelvis and in the direction of the facing."""
     collection = bpy.data.collections.get(COLLECTION) or bpy.data.collections.new(COLLECTION)
     if collection.name not in {child.name for child in context.scene.collection.children_recursive}:
         context.scene.collection.children.link(collection)
@@ -62,7 +62,7 @@ def add_goals(context: bpy.types.Context, goals: Sequence[Goal], target: str) ->
 
 
 def arrows(context: bpy.types.Context, target: str, action: str | None = None) -> list[bpy.types.Object]:
-    """The scene's arrows of a target, of one action or of all, by name."""
+    """Return the arrows of a target, for one action or all, sorted by name."""
     found = [
         obj
         for obj in context.scene.objects
@@ -72,7 +72,7 @@ def arrows(context: bpy.types.Context, target: str, action: str | None = None) -
 
 
 def clear(context: bpy.types.Context) -> int:
-    """Takes all arrows of the scene away; returns how many there were."""
+    """Delete all arrows of the scene; return their number."""
     found = [obj for obj in context.scene.objects if obj.get(TARGET_KEY)]
     for arrow in found:
         bpy.data.objects.remove(arrow)
@@ -80,44 +80,46 @@ def clear(context: bpy.types.Context) -> int:
 
 
 def read_goals(context: bpy.types.Context, target: Target, action: str | None = None) -> list[Goal]:
-    """The goals that the artist's arrows on a target ask for, each put onto the real surface.
+    """Return the goals of the arrows on a target, each snapped to the surface.
 
-    Where some of the arrows are selected, only those count: that is how an artist chooses. Raises SampError, naming
-    the arrow, where it points up or down or where nothing under it carries a body.
+    If any of the arrows are selected, only those are used. Raise SampError, naming the arrow, where it points up or
+    down or nothing below it supports a body.
     """
     found = arrows(context, target.name, action)
-    # Hidden objects and those of other view layers cannot be asked whether they are selected.
-    shown = [arrow for arrow in found if arrow.name in context.view_layer.objects]
-    found = [arrow for arrow in shown if arrow.select_get()] or found
+    # select_get fails for objects outside the view layer.
+    visible = [arrow for arrow in found if arrow.name in context.view_layer.objects]
+    found = [arrow for arrow in visible if arrow.select_get()] or found
     if not found:
         return []
     support = seats.map_of(target.triangles)
-    return [_on_surface(support, arrow) for arrow in found]
+    return [_snap(support, arrow) for arrow in found]
 
 
-def _on_surface(support: SupportMap, arrow: bpy.types.Object) -> Goal:
+def _snap(support: SupportMap, arrow: bpy.types.Object) -> Goal:
     goal = read_arrow(arrow)
     snapped = seats.snap_on(support, goal, REACH)
     if snapped is None:
         raise SampError(
-            f"Nobody can {goal.action} where the arrow '{arrow.name}' stands; move or turn it, or delete it."
+            f"There is no place to {goal.action} at the arrow '{arrow.name}'; move, turn or delete the arrow."
         )
     return snapped
 
 
 def read_arrow(arrow: bpy.types.Object) -> Goal:
-    """The goal of an arrow as it stands, network frame. Raises SampError where it points up or down."""
+    """Return the goal of an arrow, network frame, not snapped. Raise SampError where it points up or down."""
     world = np.array(arrow.matrix_world)
     along = frames.to_network(world[:3, 2])
     along = along / max(np.linalg.norm(along), 1e-12) * [1.0, 0.0, 1.0]
     length = np.linalg.norm(along)
     if length < STEEPEST_ARROW:
-        raise SampError(f"The arrow '{arrow.name}' points up or down; turn it to where the character faces.")
+        raise SampError(
+            f"The arrow '{arrow.name}' points up or down; turn it to where the character will face."
+        )
     return Goal(frames.to_network(world[:3, 3]), along / length, arrow.get(ACTION_KEY, "sit"))
 
 
 def _matrix(goal: Goal) -> Matrix:
-    """World matrix of an arrow, whose own Z points along the goal's direction and whose X points up."""
+    """Return the world matrix of an arrow: local Z along the goal's direction, local X up."""
     ahead, up = frames.to_blender(goal.direction), np.array([0.0, 0.0, 1.0])
     matrix = np.eye(4)
     matrix[:3, :3] = np.stack([up, np.cross(ahead, up), ahead], axis=1)
@@ -126,7 +128,7 @@ def _matrix(goal: Goal) -> Matrix:
 
 
 def _surroundings(context: bpy.types.Context, target: str) -> tuple[Target, np.ndarray]:
-    """The target and the triangles (G, 3, 3) of all else that stands still, network frame."""
+    """Return the target and the triangles (G, 3, 3) of the rest of the scene without characters, network frame."""
     people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
     furniture = read_scene.read_target(context, target, people)
     return furniture, read_scene.read_scene(context, people).without(furniture.parts).triangles

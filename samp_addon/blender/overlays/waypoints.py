@@ -1,4 +1,4 @@
-"""Way-points that the artist puts on the floor: empties to be dragged, read back as places that a way passes."""
+"""Way-points on the floor: empties that the artist drags, read back as points on the path."""
 
 from __future__ import annotations
 
@@ -13,22 +13,24 @@ from ..scene.read_scene import OVERLAY_KEY
 
 COLLECTION = "SAMP Way-points"
 NUMBER_KEY = "samp_waypoint"
-"""Custom property of a way-point: its number in the order in which the way passes it."""
+"""Custom property of a way-point: its number in the order of the path."""
 SIZE = 0.3
 
 
-def add(context: bpy.types.Context, place: Sequence[float]) -> bpy.types.Object:
-    """A way-point at a place (3,), metres of the world, after those that are there."""
-    if not np.isfinite(place).all():
-        raise SampError("The way-point's place is not a number; put the 3D cursor on the floor first.")
+def add(context: bpy.types.Context, position: Sequence[float]) -> bpy.types.Object:
+    """Add a way-point at a position (3,), metres in Blender's world, after the existing ones."""
+    if not np.isfinite(position).all():
+        raise SampError(
+            "The way-point's position is not a finite number; put the 3D cursor on the floor first."
+        )
     made = bpy.data.objects.new("Way-point", None)
     made.empty_display_type, made.empty_display_size = "CIRCLE", SIZE
-    # The circle of an empty stands upright; way-points lie on the floor.
+    # An empty's circle is upright; rotate it to lie on the floor.
     made.rotation_euler = (np.pi / 2, 0.0, 0.0)
-    made.location, made.show_in_front, made.show_name = place, True, True
+    made.location, made.show_in_front, made.show_name = position, True, True
     made[OVERLAY_KEY], made[NUMBER_KEY] = (
         True,
-        1 + max((point[NUMBER_KEY] for point in of(context)), default=0),
+        1 + max((point[NUMBER_KEY] for point in all_waypoints(context)), default=0),
     )
     made.name = f"Way-point {made[NUMBER_KEY]}"
     _collection(context).objects.link(made)
@@ -36,21 +38,21 @@ def add(context: bpy.types.Context, place: Sequence[float]) -> bpy.types.Object:
     return made
 
 
-def of(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The scene's way-points in their order."""
+def all_waypoints(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """Return the scene's way-points in the order of the path."""
     found = [obj for obj in context.scene.objects if NUMBER_KEY in obj]
     return sorted(found, key=lambda obj: (obj[NUMBER_KEY], obj.name))
 
 
-def places(context: bpy.types.Context) -> list[np.ndarray]:
-    """Where the way-points stand, network frame, (3,) each; hidden ones do not count."""
-    shown = [point for point in of(context) if point.visible_get()]
-    return [frames.to_network(np.array(point.matrix_world.translation)) for point in shown]
+def positions(context: bpy.types.Context) -> list[np.ndarray]:
+    """Return the positions (3,) of the visible way-points, network frame, metres."""
+    visible = [point for point in all_waypoints(context) if point.visible_get()]
+    return [frames.to_network(np.array(point.matrix_world.translation)) for point in visible]
 
 
 def clear(context: bpy.types.Context) -> int:
-    """Takes all way-points away; returns how many there were."""
-    found = of(context)
+    """Delete all way-points; return their number."""
+    found = all_waypoints(context)
     for point in found:
         bpy.data.objects.remove(point)
     collection = bpy.data.collections.get(COLLECTION)
@@ -60,7 +62,7 @@ def clear(context: bpy.types.Context) -> int:
 
 
 def _collection(context: bpy.types.Context) -> bpy.types.Collection:
-    """The way-points' collection, which is never rendered."""
+    """Return the way-points' collection, which is never rendered; create it if missing."""
     found = next((c for c in context.scene.collection.children if c.name.startswith(COLLECTION)), None)
     if found is None:
         found = bpy.data.collections.new(COLLECTION)

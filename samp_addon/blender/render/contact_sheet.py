@@ -1,4 +1,4 @@
-"""A take at a glance: evenly spaced frames from two sides, tiled to one picture."""
+"""Contact sheets: evenly spaced frames of a take from two sides, tiled to one picture."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _FIELD_OF_VIEW = math.radians(40.0)
 
 @dataclass(frozen=True)
 class View:
-    """A side to look from; degrees. azimuth: from the character's front, positive to its left.
+    """A camera direction in degrees. azimuth: from the character's front, positive to its left.
 
-    follow: close-ups that turn with the character (True), one standpoint that sees the whole path (False).
+    follow: whether the camera moves with the character; otherwise it is fixed and sees the whole path.
     """
 
     name: str
@@ -37,13 +37,13 @@ class View:
 VIEWS = (View("front", 35.0, 18.0), View("side", 100.0, 8.0))
 CLOSE_VIEWS = tuple(replace(view, follow=True) for view in VIEWS)
 
-# Things nearer to a close-up's camera than the character by more than this are cut away.
+# Clip objects that are more than this (metres) in front of the character in close-ups.
 _REACH = 0.75
 
 
 @dataclass(frozen=True)
 class Track:
-    """What the camera follows, in Blender's world.
+    """Path of the character for the camera, in Blender's world.
 
     pelvis: (T, 3) metres; front: (T,) radians from +X, counter-clockwise from above.
     """
@@ -53,7 +53,7 @@ class Track:
 
     @classmethod
     def of(cls, motion: Motion) -> Track:
-        """The pelvis of a take and the direction it faces, smoothed over half a second."""
+        """Return a take's pelvis path and facing, smoothed over half a second."""
         joints, _ = motion.forward_kinematics()
         across = joints[:, INDEX["left_hip"]] - joints[:, INDEX["right_hip"]]
         across = across + joints[:, INDEX["left_shoulder"]] - joints[:, INDEX["right_shoulder"]]
@@ -66,7 +66,7 @@ class Track:
 
 
 def _aim(camera: bpy.types.Object, view: View, centre: np.ndarray, angle: float, distance: float) -> None:
-    """Place the camera around a centre, `angle` being the direction of the front."""
+    """Place the camera around a centre; `angle` is the direction of the front, radians."""
     turn = angle + math.radians(view.azimuth)
     tilt = math.radians(view.elevation)
     outward = Vector((math.cos(turn) * math.cos(tilt), math.sin(turn) * math.cos(tilt), math.sin(tilt)))
@@ -75,7 +75,7 @@ def _aim(camera: bpy.types.Object, view: View, centre: np.ndarray, angle: float,
 
 
 def _framing(track: Track, at: int, follow: bool) -> tuple[np.ndarray, float, float]:
-    """Centre, front angle and distance of the camera for one frame."""
+    """Return centre, front angle and distance of the camera for one frame."""
     if follow:
         centre = track.pelvis[at].copy()
         centre[2] -= 0.1
@@ -87,7 +87,7 @@ def _framing(track: Track, at: int, follow: bool) -> tuple[np.ndarray, float, fl
 
 
 def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
-    """A camera of the tile's field of view, made the scene's camera."""
+    """Add a camera with the tiles' field of view and make it the scene's camera."""
     data = bpy.data.cameras.new("SAMP look")
     data.angle, data.clip_end = _FIELD_OF_VIEW, 200.0
     camera = bpy.data.objects.new("SAMP look", data)
@@ -98,15 +98,15 @@ def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
 
 @contextmanager
 def shadows_of_bodies(scene: bpy.types.Scene) -> Iterator[None]:
-    """Only bodies cast shadows: theirs show whether feet stand, those of furniture take much time."""
-    before = {thing: thing.display.show_shadows for thing in scene.objects if thing.type == "MESH"}
+    """Let only bodies cast shadows: theirs show foot contact, those of furniture are slow to render."""
+    before = {obj: obj.display.show_shadows for obj in scene.objects if obj.type == "MESH"}
     try:
-        for thing in before:
-            thing.display.show_shadows = thing.find_armature() is not None or thing.name.startswith("Figure")
+        for obj in before:
+            obj.display.show_shadows = obj.find_armature() is not None or obj.name.startswith("Figure")
         yield
     finally:
-        for thing, cast in before.items():
-            thing.display.show_shadows = cast
+        for obj, cast in before.items():
+            obj.display.show_shadows = cast
 
 
 def pictures(
@@ -119,7 +119,7 @@ def pictures(
     size: tuple[int, int],
     labels: Sequence[str] | None = None,
 ) -> list[np.ndarray]:
-    """Pictures (H, W, 3) of frames (indices of the track) from one side; `show` brings a frame up."""
+    """Render frames (indices of the track) from one side as (H, W, 3); `show` sets the scene to a frame."""
     workbench.prepare(scene, *size)
     camera, tiles = add_camera(scene), []
     try:
@@ -138,7 +138,7 @@ def pictures(
 
 
 def tile(tiles: Sequence[np.ndarray], columns: int) -> np.ndarray:
-    """Pictures (H, W, 3) of one size side by side, row by row, with a thin gap."""
+    """Tile pictures (H, W, 3) of equal size row by row, with a thin gap."""
     gap = 4
     tiles = [np.pad(t, ((0, gap), (0, gap), (0, 0)), constant_values=255) for t in tiles]
     blank = np.full_like(tiles[0], 255)
@@ -160,7 +160,7 @@ def contact_sheet(
 ) -> Path:
     """Write a PNG with `count` evenly spaced frames of a take from each side, stamped with frame and time.
 
-    track: where the character is, (T, 3). show: brings frame i of the track up in the scene.
+    track: path of the character. show: sets the scene to frame i of the track.
     """
     frames = np.unique(np.linspace(0, len(track.pelvis) - 1, count).round().astype(int)).tolist()
     tiles = []

@@ -1,4 +1,4 @@
-"""Pictures to a short film."""
+"""Encodes pictures as a short film."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ...errors import SampError
 
 
 def write_movie(path: str | Path, pictures: Iterable[np.ndarray], fps: float) -> Path:
-    """Write pictures (H, W, 3) of bytes, even sides, as H.264 in an MP4 file.
+    """Write pictures (H, W, 3), uint8, H and W even, as H.264 in an MP4 file.
 
-    Needs the package imageio-ffmpeg: the development environment has it, the shipped extension not.
+    Needs the package imageio-ffmpeg, which is part of the development environment but not of the extension.
     """
     try:
         import imageio_ffmpeg
@@ -29,6 +29,6 @@ def write_movie(path: str | Path, pictures: Iterable[np.ndarray], fps: float) ->
             writer.send(None)
         writer.send(np.ascontiguousarray(picture))
     if writer is None:
-        raise SampError("There is no picture to make a film of.")
+        raise SampError("There are no pictures for the film; render at least one.")
     writer.close()
     return Path(path)

@@ -1,4 +1,4 @@
-"""A stage to look at takes that no .blend holds: a floor, the furniture, a figure for each take."""
+"""A temporary scene to render takes: a floor, furniture, and a figure for each take."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ FIGURE_COLOURS = ((0.25, 0.50, 0.88), (0.90, 0.42, 0.22), (0.30, 0.68, 0.38), (0
 
 
 def material(name: str, colour: tuple[float, float, float]) -> bpy.types.Material:
-    """A plain material that Workbench shows in this colour."""
+    """Create a material of this colour for Workbench."""
     made = bpy.data.materials.new(name)
     made.diffuse_color = (*colour, 1.0)
     return made
 
 
 def add_mesh(scene: bpy.types.Scene, name: str, vertices: np.ndarray, faces: Sequence) -> bpy.types.Object:
-    """An object of vertices (V, 3) in the network frame and faces (F, 3 or 4)."""
+    """Add a mesh object of vertices (V, 3) in the network frame and faces (F, 3 or 4)."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(to_blender(vertices).tolist(), [], [list(face) for face in faces])
     mesh.update()
-    thing = bpy.data.objects.new(name, mesh)
-    scene.collection.objects.link(thing)
-    return thing
+    obj = bpy.data.objects.new(name, mesh)
+    scene.collection.objects.link(obj)
+    return obj
 
 
 def add_floor(scene: bpy.types.Scene, centre: np.ndarray, radius: float) -> None:
-    """A chequered floor of 0.5 m squares at height 0: a sliding foot shows against its lines."""
+    """Add a chequered floor of 0.5 m squares at height 0; its lines make foot slide visible."""
     low = np.floor((centre[[0, 2]] - radius) * 2).astype(int)
     high = np.ceil((centre[[0, 2]] + radius) * 2).astype(int)
     x, z = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
@@ -46,7 +46,7 @@ def add_floor(scene: bpy.types.Scene, centre: np.ndarray, radius: float) -> None
     floor.data.polygons.foreach_set("material_index", ((x + z) % 2).ravel().astype(np.int32))
 
 
-# What each of the body's materials looks like; clothes take the figure's own colour.
+# Colours of the body's materials; clothes have the figure's own colour.
 _PALETTE = {
     "skin": (0.83, 0.60, 0.47),
     "shoes": (0.12, 0.12, 0.13),
@@ -70,7 +70,7 @@ class Figure:
         self.object.data.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
 
     def show(self, frame: int) -> None:
-        """Bring frame (the last one, where the take is shorter) up."""
+        """Show a frame, clamped to the last one."""
         at = min(frame, len(self._vertices) - 1)
         points = to_blender(self._vertices[at]).astype(np.float32)
         self.object.data.vertices.foreach_set("co", points.ravel())
@@ -80,7 +80,7 @@ class Figure:
 def build(
     motions: Sequence[Motion], triangles: np.ndarray | None = None
 ) -> tuple[bpy.types.Scene, list[Figure]]:
-    """A new scene with a floor, furniture (F, 3, 3) or None, and a figure for each take; network frame."""
+    """Create a scene with a floor, furniture (F, 3, 3) or None, and a figure for each take; network frame."""
     scene = bpy.data.scenes.new("SAMP stage")
     path = np.concatenate([m.root for m in motions])
     centre = (path.min(0) + path.max(0)) / 2
@@ -93,9 +93,9 @@ def build(
 
 
 def clear(scene: bpy.types.Scene) -> None:
-    """Remove a stage with all that stands on it."""
-    for thing in list(scene.objects):
-        mesh = thing.data
+    """Delete a stage with all its objects."""
+    for obj in list(scene.objects):
+        mesh = obj.data
         for used in list(mesh.materials):
             bpy.data.materials.remove(used)
         bpy.data.meshes.remove(mesh)

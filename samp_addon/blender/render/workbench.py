@@ -1,4 +1,4 @@
-"""Workbench pictures of a scene, with or without a window."""
+"""Workbench renders of a scene, with or without a window."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PACKAGES = "libegl1 libgl1-mesa-dri"
 
 @functools.cache
 def offscreen_works() -> bool:
-    """Whether a picture can be rendered here. Without libEGL Blender aborts the whole process."""
+    """Return whether offscreen rendering works. Without libEGL Blender aborts the whole process."""
     if not bpy.app.background or sys.platform != "linux":
         return True
     try:
@@ -41,7 +41,7 @@ def prepare(scene: bpy.types.Scene, width: int, height: int) -> None:
     render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
     render.film_transparent = False
     scene.display.render_aa = "FXAA"
-    scene.display.light_direction = (0.35, 0.87, 0.35)  # Workbench counts its height as the second number
+    scene.display.light_direction = (0.35, 0.87, 0.35)  # the second component is up
     shading = scene.display.shading
     shading.light, shading.studio_light = "STUDIO", "paint.sl"
     shading.color_type = "MATERIAL"
@@ -69,20 +69,20 @@ def stamp(scene: bpy.types.Scene, text: str) -> None:
 
 
 def picture(scene: bpy.types.Scene) -> np.ndarray:
-    """Render the scene's current frame: (H, W, 3) bytes, top row first."""
+    """Render the scene's current frame as (H, W, 3), uint8, top row first."""
     with tempfile.TemporaryDirectory() as folder:
         settings = scene.render.image_settings
         settings.file_format, settings.color_mode = "PNG", "RGB"
         settings.compression = 15
         path = str(Path(folder) / "picture.png")
         bpy.ops.render.render(scene=scene.name)
-        # Saved by hand: write_still prints a line for every picture.
+        # write_still would print a line for every picture.
         bpy.data.images["Render Result"].save_render(path, scene=scene)
         return read_png(path)
 
 
 def read_png(path: str | Path) -> np.ndarray:
-    """The pixels (H, W, 3) of a picture file as bytes, top row first."""
+    """Read a picture file as (H, W, 3), uint8, top row first."""
     image = bpy.data.images.load(str(path))
     try:
         width, height = image.size
@@ -95,7 +95,7 @@ def read_png(path: str | Path) -> np.ndarray:
 
 
 def write_png(path: str | Path, pixels: np.ndarray) -> None:
-    """Write (H, W, 3) bytes, top row first, as a PNG file."""
+    """Write (H, W, 3), uint8, top row first, as a PNG file."""
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("SAMP picture", width, height)
     try:

@@ -1,4 +1,4 @@
-"""The table of an armature's bones by joint, for the artist to fill in; it is saved with the file."""
+"""The bone table of an armature: joint to bone, edited by the artist and saved with the file."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ TABLE, ACTIVE = "samp_rig_map", "samp_rig_map_index"
 
 
 class SAMP_RigMapEntry(bpy.types.PropertyGroup):
-    """A row: which bone is this joint."""
+    """A row of the table: a joint and its bone."""
 
-    joint: StringProperty(name="Joint", description="Joint of the body, as SMPL-X names it")
+    joint: StringProperty(name="Joint", description="SMPL-X name of the joint")
     bone: StringProperty(
-        name="Bone", description="Bone of this armature that moves as the joint does; may be empty"
+        name="Bone", description="Bone of this armature that corresponds to the joint; may be empty"
     )
 
 
 def register() -> None:
-    """Gives armatures the table."""
+    """Add the table to objects."""
     bpy.utils.register_class(SAMP_RigMapEntry)
     shared = {"override": {"LIBRARY_OVERRIDABLE"}}
     setattr(bpy.types.Object, TABLE, CollectionProperty(name="Bone Table", type=SAMP_RigMapEntry, **shared))
@@ -29,20 +29,22 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Takes it away; what a file holds of it stays in the file."""
+    """Remove the table from objects; its data stays in the file."""
     delattr(bpy.types.Object, ACTIVE)
     delattr(bpy.types.Object, TABLE)
     bpy.utils.unregister_class(SAMP_RigMapEntry)
 
 
 def read(armature: bpy.types.Object) -> dict[str, str]:
-    """Joint -> bone of the rows that are filled in; none where a script runs without the extension."""
+    """Return joint -> bone of the filled rows; empty if the extension is not registered."""
     return {row.joint: row.bone for row in getattr(armature, TABLE, ()) if row.bone}
 
 
 def fill(armature: bpy.types.Object, bones: dict[str, str], keep: bool = True) -> None:
-    """Puts joint -> bone into the table, a row for each joint that can be carried. keep: rows that name a bone of the
-    armature stay as they are. Raises SampError where the armature cannot be changed."""
+    """Fill the table with joint -> bone, one row for each joint that can be carried.
+
+    keep: rows that name a bone of the armature do not change. Raise SampError where the armature cannot be edited.
+    """
     from ...rigs import maps
 
     if not armature.is_editable:
@@ -52,11 +54,11 @@ def fill(armature: bpy.types.Object, bones: dict[str, str], keep: bool = True) -
     kept = (
         {joint: bone for joint, bone in read(armature).items() if bone in armature.data.bones} if keep else {}
     )
-    taken = set(kept.values())
+    used = set(kept.values())
     table = getattr(armature, TABLE)
     table.clear()
     for joint in maps.JOINTS:
         row = table.add()
         guessed = bones.get(joint, "")
         row.name = row.joint = joint
-        row.bone = kept.get(joint, "" if guessed in taken else guessed)
+        row.bone = kept.get(joint, "" if guessed in used else guessed)

@@ -1,4 +1,4 @@
-"""A take carried from an SMPL-X armature to another rig, as a new Action of that rig."""
+"""Carries a take from an SMPL-X armature to another rig, as a new Action of that rig."""
 
 from __future__ import annotations
 
@@ -17,19 +17,22 @@ from ..actions import channels, keyframes
 from ..character import armature, character
 from . import bone_table, read_rig
 
-TOLD = 0.01
-"""Metres by which a foot must be away from its place to be spoken of."""
+REPORTED = 0.01
+"""Metres: foot errors above this are reported."""
 
 CARRIED = "samp_carried"
-"""Custom property of a carried Action: where it comes from."""
+"""Custom property of a carried Action: its source."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What was made. action: of the rig owner. source: the take's Action. known: the name of the rig, or "bone table".
-    body_joints: how many of the 22 have a bone. missed: metres by which a standing foot is at most not in its place.
-    switched: how many properties of the rig the Action sets, so that its FK bones are those that move it. held: bones
-    with keys that have constraints too, and may go elsewhere."""
+    """The carried take.
+
+    action: the new Action of the rig ``owner``. source: the take's Action. known: kind of the rig, or "bone table".
+    body_joints: how many of the 22 have a bone. missed: largest position error of a standing foot, metres. switched:
+    how many properties of the rig the Action sets to switch it to FK. constrained: keyed bones that have constraints
+    too, which may override the keys.
+    """
 
     owner: bpy.types.Object
     action: bpy.types.Action
@@ -38,12 +41,12 @@ class Result:
     body_joints: int
     missed: float
     switched: int
-    held: tuple[str, ...]
+    constrained: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Guess:
-    """What was filled in. known: the name of the rig, or "" for a guess. missing: body joints without a bone."""
+    """A filled bone table. known: kind of the rig, or "" for a guess. missing: body joints without a bone."""
 
     owner: bpy.types.Object
     known: str
@@ -58,22 +61,22 @@ def carry_to_rig(
     frame_start: int | None = None,
     frame_end: int | None = None,
 ) -> Result:
-    """Carries a take to another armature and makes it that one's active Action.
+    """Carry a take to another armature and make it that armature's active Action.
 
     target: the armature; empty: the active one. character_name: the SMPL-X armature with the take; empty: the
-    selected one, or the only other one. action_name: the take; empty: its active Action. Frames: those of the
-    scene, None for the take's first and last. Nothing but the new Action is made. Raises SampError where one of
-    these is not there, or the target's bones are not those of a body.
+    selected one, or the only other one. action_name: the take; empty: its active Action. frame_start, frame_end: in
+    the scene's frames; by default the whole take. Only the new Action is added. Raise SampError where one of these
+    is missing, or the target's bones are not those of a body.
     """
     owner = find_target(context, target)
     source = _source(context, character_name, owner)
-    take = _take(source, action_name)
-    keyframes.refuse_locked(owner)
+    take = keyframes.action_of(source, action_name)
+    keyframes.require_editable(owner)
     start = int(np.floor(take.frame_range[0])) if frame_start is None else frame_start
     motion = keyframes.read_motion(source, take, start, frame_end, context.scene)
     known, bones = _bones(owner)
     rig = read_rig.read(context, owner)
-    _refuse_held(owner, bones.get("pelvis", ""))
+    _require_movable(owner, bones.get("pelvis", ""))
     carried = carrying.carry(motion, rig, bones, character.body_of(source).vertices)
     action = bpy.data.actions.new(f"{take.name} on {owner.name}")
     try:
@@ -85,14 +88,14 @@ def carry_to_rig(
     action[CARRIED] = {"action": take.name, "armature": source.name}
     keyframes.activate_action(owner, action)
     body = sum(joint in bones for joint in skeleton.BODY_JOINTS)
-    held = tuple(rig.names[link.bone] for link in carried.fit.links if rig.constrained[link.bone])
-    return Result(owner, action, take, known, body, carried.missed(), switched, held)
+    constrained = tuple(rig.names[link.bone] for link in carried.fit.links if rig.constrained[link.bone])
+    return Result(owner, action, take, known, body, carried.missed(), switched, constrained)
 
 
 def guess_map(context: bpy.types.Context, target: str = "", keep: bool = True) -> Guess:
-    """Fills the bone table of an armature, the active one if unnamed. keep: what is filled in and there stays.
+    """Fill the bone table of an armature, by default the active one. keep: do not change rows with a valid bone.
 
-    Raises SampError where there is no such armature, or it cannot be changed.
+    Raise SampError where there is no such armature, or it cannot be edited.
     """
     owner = find_target(context, target)
     rig = read_rig.read(context, owner)
@@ -105,33 +108,33 @@ def guess_map(context: bpy.types.Context, target: str = "", keep: bool = True) -
 
 
 def sentence(result: Result) -> str:
-    """What the artist is told of a take that was carried."""
-    told = (
+    """Return a summary of a carried take."""
+    text = (
         f"Carried '{result.source.name}' to '{result.owner.name}' ({result.known}) as '{result.action.name}'."
     )
     if result.switched:
-        told += " Its limbs are switched to FK in that Action."
-    if result.held:
-        told += f" Constraints may hold {', '.join(result.held)}; mute them if they do."
-    if result.missed > TOLD:
-        told += f" A foot is up to {result.missed * 100:.0f} cm from its place: the legs are too short to reach it."
-    return told
+        text += " The Action switches its limbs to FK."
+    if result.constrained:
+        text += f" Constraints may override {', '.join(result.constrained)}; mute them if so."
+    if result.missed > REPORTED:
+        text += f" A foot is up to {result.missed * 100:.0f} cm off its position: the legs are too short to reach it."
+    return text
 
 
 def guess_sentence(guess: Guess) -> str:
-    """What the artist is told of a table that was filled in."""
-    told = (
-        f"'{guess.owner.name}' is a rig of the kind {guess.known}"
+    """Return a summary of a filled bone table."""
+    text = (
+        f"'{guess.owner.name}' is a {guess.known} rig"
         if guess.known
-        else "Guessed from the bones' names"
+        else "Guessed the bones from their names"
     )
     if guess.missing:
-        return f"{told}; no bone was found for {', '.join(guess.missing)}."
-    return f"{told}; every joint of the body has a bone."
+        return f"{text}; no bone was found for {', '.join(guess.missing)}."
+    return f"{text}; every joint of the body has a bone."
 
 
 def find_target(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
-    """The armature of this name, or the active one, or the active mesh's. Raises SampError where there is none."""
+    """Return the armature of this name, or the active one, or the active mesh's. Raise SampError if there is none."""
     if name:
         obj = context.scene.objects.get(name)
         if obj is None:
@@ -140,12 +143,12 @@ def find_target(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
         obj = context.view_layer.objects.active
     owner = obj if obj is None or obj.type == "ARMATURE" else obj.find_armature()
     if owner is None:
-        raise SampError("No armature is active; click the rig that shall get the take.")
+        raise SampError("No armature is active; select the rig that receives the take.")
     return owner
 
 
 def _source(context: bpy.types.Context, name: str, owner: bpy.types.Object) -> bpy.types.Object:
-    """The SMPL-X armature that has the take."""
+    """Return the SMPL-X armature that has the take."""
     if name:
         source = armature.find(context, name)
         if source == owner:
@@ -156,46 +159,37 @@ def _source(context: bpy.types.Context, name: str, owner: bpy.types.Object) -> b
     if len(chosen) == 1:
         return chosen[0]
     if not chosen:
-        raise SampError("The scene has no other SMPL-X armature; click the rig that shall get the take.")
+        raise SampError("The scene has no other SMPL-X armature; make the rig that receives the take active.")
     names = ", ".join(f"'{obj.name}'" for obj in chosen)
     raise SampError(
         f"The scene has several characters ({names}); select the one with the take, then the rig."
     )
 
 
-def _take(source: bpy.types.Object, name: str) -> bpy.types.Action:
-    data = source.animation_data
-    take = bpy.data.actions.get(name) if name else data and data.action
-    if take is None:
-        wanted = f"There is no Action '{name}'" if name else f"'{source.name}' has no Action"
-        raise SampError(f"{wanted}; generate or choose a take first.")
-    return take
-
-
 def _bones(owner: bpy.types.Object) -> tuple[str, dict[str, str]]:
-    """What kind of rig it is, and joint -> bone: by the table, where the artist has one, or by known names."""
+    """Return the kind of rig, and joint -> bone: from the bone table if filled, or else from known names."""
     table = bone_table.read(owner)
     if table:
         return "bone table", table
     found = maps.recognise(bone.name for bone in owner.data.bones)
     if found is None:
         raise SampError(
-            f"'{owner.name}' is no rig that is known; press Guess Bones, check its bone table and carry again."
+            f"'{owner.name}' is not a known rig; press Guess Bones, check the bone table and carry again."
         )
     return found[0].name, found[1]
 
 
-def _refuse_held(owner: bpy.types.Object, pelvis: str) -> None:
-    """Raises SampError where the pelvis bone could not be moved."""
+def _require_movable(owner: bpy.types.Object, pelvis: str) -> None:
+    """Raise SampError where the pelvis bone cannot be moved."""
     bone = owner.data.bones.get(pelvis)
     if bone is not None and bone.use_connect and bone.parent is not None:
-        raise SampError(f"The bone '{pelvis}' of '{owner.name}' is held; switch Connected off.")
+        raise SampError(f"Bone '{pelvis}' of '{owner.name}' cannot move; turn off Connected.")
 
 
 def _write(
     owner: bpy.types.Object, rig: Rig, carried: carrying.Carried, action: bpy.types.Action, start: int
 ) -> int:
-    """Keys for all bones that move, and one for each thing that would else disturb; how many switches were set."""
+    """Key all bones that move, and rest values of channels that would interfere; return the number of switches set."""
     writer, pose = compat.CurveWriter(action, owner), owner.pose.bones
     times = np.arange(start, start + len(carried.motion), dtype=np.float64)
 
@@ -212,7 +206,7 @@ def _write(
         values = channels.from_quaternions(mode, carried.rotations[:, k])
         still = k > 0 and np.abs(values - values[0]).max() < 1e-9
         add(bone, path, values[:1] if still else values)
-    for bone, path, values in _disturbing(owner, rig, keyed):
+    for bone, path, values in _interfering(owner, rig, keyed):
         add(bone, path, values)
     switches = list(_switches(owner, keyed))
     for bone, name, value in switches:
@@ -222,7 +216,7 @@ def _write(
 
 
 def _location(owner: bpy.types.Object, rig: Rig, carried: carrying.Carried) -> np.ndarray:
-    """The pelvis bone's location channel (T, 3): along the bone's own axes, or the armature's."""
+    """Return the pelvis bone's location channel (T, 3), along the bone's own axes or the armature's."""
     bone = carried.fit.links[0].bone
     if owner.data.bones[rig.names[bone]].use_local_location:
         return carried.location
@@ -231,31 +225,35 @@ def _location(owner: bpy.types.Object, rig: Rig, carried: carrying.Carried) -> n
     return carried.location @ turn.T
 
 
-def _disturbing(owner: bpy.types.Object, rig: Rig, keyed: list[str]) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Bone, property and rest value (1, n) of all that is not at rest between the bones that move, over them, or in
-    what their machinery follows."""
-    pose, way = owner.pose.bones, set()
+def _interfering(
+    owner: bpy.types.Object, rig: Rig, keyed: list[str]
+) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Yield bone, property and rest value (1, n) of channels that would interfere with the keyed bones.
+
+    These are posed channels of the keyed bones, of the bones above them, and of the targets of their constraints.
+    """
+    pose, related = owner.pose.bones, set()
     for bone in keyed:
         for upper in rig.above(rig.index(bone)):
-            way.add(rig.names[upper])
+            related.add(rig.names[upper])
             for constraint in pose[rig.names[upper]].constraints:
                 if getattr(constraint, "target", None) == owner and constraint.subtarget in pose:
-                    way.add(constraint.subtarget)
-    for bone in sorted(way | set(keyed)):
+                    related.add(constraint.subtarget)
+    for bone in sorted(related | set(keyed)):
         path, size = channels.rotation_channel(pose[bone].rotation_mode)
         for kind, count in (("location", 3), (path, size), ("scale", 3)):
             if bone in keyed and (kind == path or (kind == "location" and bone == keyed[0])):
                 continue
             rest = np.array(channels.rest_values(kind, count))
-            held = np.array(getattr(pose[bone], kind))
-            if np.abs(held - rest).max() > 1e-6 and not (
-                kind == "rotation_axis_angle" and abs(held[0]) < 1e-6
+            posed = np.array(getattr(pose[bone], kind))
+            if np.abs(posed - rest).max() > 1e-6 and not (
+                kind == "rotation_axis_angle" and abs(posed[0]) < 1e-6
             ):
                 yield bone, kind, rest[None]
 
 
 def _switches(owner: bpy.types.Object, keyed: list[str]) -> Iterator[tuple[str, str, float]]:
-    """Bone, custom property and value of what makes a Rigify rig play its FK controls; none for other rigs."""
+    """Yield bone, custom property and value that switch a Rigify rig to FK; nothing for other rigs."""
     if not any(bone in keyed for bone in maps.FOLLOWS_FOR):
         return
     for bone in owner.pose.bones:

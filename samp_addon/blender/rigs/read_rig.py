@@ -1,4 +1,4 @@
-"""Reads a rig of any kind in its rest pose, with the skin that hangs on it."""
+"""Reads any rig in its rest pose, with the meshes that it deforms."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from ...errors import SampError
 from ...rigs.rig import Rig
 from ..character.armature import orthonormal, turn_and_scale
 
-MOST_SKIN = 20_000
-"""Vertices that are looked at; of more of them only some."""
+MAX_VERTICES = 20_000
+"""Skin vertices that are read; larger meshes are subsampled."""
 
 
 def read(context: bpy.types.Context, armature: bpy.types.Object) -> Rig:
-    """The rig of an armature where it stands now.
+    """Return the rig of an armature, with its object where it is now.
 
-    Raises SampError for one without bones, and for a scale that differs by axis.
+    Raise SampError for an armature without bones, and for a scale that differs by axis.
     """
-    context.view_layer.update()  # matrix_world is stale after a script has moved the object
+    context.view_layer.update()  # matrix_world is stale after a script moved the object
     bones = list(armature.data.bones)
     if not bones:
         raise SampError(f"'{armature.name}' has no bones; choose the armature of a character.")
-    place = {bone.name: k for k, bone in enumerate(bones)}
+    index = {bone.name: k for k, bone in enumerate(bones)}
     world = np.array(armature.matrix_world, dtype=np.float64)
     turn, scale = turn_and_scale(armature.name, world)
     pose = armature.pose.bones
     return Rig(
         name=armature.name,
-        names=tuple(place),
-        parents=np.array([place[bone.parent.name] if bone.parent else -1 for bone in bones]),
+        names=tuple(index),
+        parents=np.array([index[bone.parent.name] if bone.parent else -1 for bone in bones]),
         heads=np.array([bone.head_local for bone in bones], dtype=np.float64),
         tails=np.array([bone.tail_local for bone in bones], dtype=np.float64),
         bases=orthonormal(
@@ -45,7 +45,7 @@ def read(context: bpy.types.Context, armature: bpy.types.Object) -> Rig:
 
 
 def _skin(context: bpy.types.Context, armature: bpy.types.Object, world: np.ndarray) -> np.ndarray:
-    """Vertices (N, 3) of the meshes that an armature deforms, in its own axes and units, undeformed."""
+    """Return rest vertices (N, 3) of the meshes that an armature deforms, in its axes and units."""
     inverse, found = np.linalg.inv(world), [np.zeros((0, 3))]
     for obj in context.scene.objects:
         if obj.type != "MESH" or obj.parent_type == "BONE" or obj.find_armature() != armature:
@@ -55,4 +55,4 @@ def _skin(context: bpy.types.Context, armature: bpy.types.Object, world: np.ndar
         to_armature = inverse @ np.array(obj.matrix_world, dtype=np.float64)
         found.append(points.reshape(-1, 3) @ to_armature[:3, :3].T + to_armature[:3, 3])
     skin = np.concatenate(found)
-    return skin[:: max(1, -(-len(skin) // MOST_SKIN))]
+    return skin[:: max(1, -(-len(skin) // MAX_VERTICES))]

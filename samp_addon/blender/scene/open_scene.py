@@ -1,4 +1,4 @@
-"""Opens and saves files for the batch: Blender's own, and the formats in which furniture is passed on."""
+"""Opens and saves files for the batch: a .blend, or an interchange format to import."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .. import compat
 def _gltf(filepath: str) -> None:
     import addon_utils
 
-    # An add-on that ships with Blender; an artist may have switched it off.
+    # The importer is a bundled add-on that an artist may have disabled.
     addon_utils.enable("io_scene_gltf2", default_set=False)
     bpy.ops.import_scene.gltf(filepath=filepath)
 
@@ -38,14 +38,14 @@ FORMATS = (".blend", *IMPORTERS)
 
 
 def open_scene(path: str | Path) -> None:
-    """Opens a .blend, or imports another format into an empty file. What is open now is discarded.
+    """Open a .blend, or import another format into an empty file. The current file is discarded.
 
-    Raises SampError for a missing file, an unknown format, an unreadable file, and one without objects.
+    Raise SampError for a missing file, an unknown format, an unreadable file, and one without objects.
     """
     path = Path(path).expanduser().resolve()
     kind = path.suffix.lower()
     if kind not in FORMATS:
-        raise SampError(f"'{path.name}' is no scene file; give one of {', '.join(FORMATS)}.")
+        raise SampError(f"'{path.name}' is not a scene file; use one of {', '.join(FORMATS)}.")
     if not path.is_file():
         raise SampError(f"There is no file '{path}'; check the path.")
     try:
@@ -54,12 +54,12 @@ def open_scene(path: str | Path) -> None:
             return
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         IMPORTERS[kind](str(path))
-    # Importers are add-ons of many hands: whatever they trip over, the file is what the artist can look at.
+    # Importers are add-ons and may raise anything; the user can only check the file.
     except Exception as error:
         reason = (str(error).strip().splitlines() or [""])[0].removeprefix("Error: ").rstrip(".")
         raise SampError(f"'{path.name}' cannot be read{': ' + reason if reason else ''}.") from error
     if not bpy.context.scene.objects:
-        raise SampError(f"'{path.name}' cannot be read, or holds no objects; open it in Blender to see.")
+        raise SampError(f"'{path.name}' has no objects or cannot be read; open it in Blender to check.")
 
 
 def open_for_job(path: Path | None) -> bpy.types.Context:
@@ -75,7 +75,7 @@ def open_for_job(path: Path | None) -> bpy.types.Context:
 
 
 def is_open() -> bool:
-    """Whether a scene is open already: a file's, or the one of a Blender that is not just a Python module."""
+    """Return whether a scene is open: a file's, or that of a Blender application rather than the Python module."""
     return bool(bpy.data.filepath or bpy.app.binary_path)
 
 

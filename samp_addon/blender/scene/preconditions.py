@@ -1,4 +1,4 @@
-"""What no take can be made for, told before any work is done."""
+"""Checks that a take can be made, before any work is done."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from ..actions import keyframes
 from ..character import armature
 
 HEIGHTS = (0.5, 3.5)
-"""Metres from sole to head joint of a person. Who is larger was made in centimetres, or feet."""
+"""Plausible metres from sole to head joint; larger characters were modelled in centimetres or feet."""
 
 LARGEST = 12.0
-"""Metres of a piece of furniture, where the scene's units are not metres."""
+"""Largest plausible extent of furniture in metres, checked where the scene's unit is not the metre."""
 
 FARTHEST = 250.0
-"""Metres to walk in one take; a navmesh over more is too coarse to walk on."""
+"""Longest walk of a take in metres; a larger navmesh is too coarse."""
 
 
-def refuse(context: bpy.types.Context, owner: bpy.types.Object | None, views: Sequence[SceneView]) -> None:
-    """Raises SampError where the character cannot have an Action, is no person's size, or has too far to go."""
+def check(context: bpy.types.Context, owner: bpy.types.Object | None, views: Sequence[SceneView]) -> None:
+    """Raise SampError where the character cannot get an Action, its size is implausible, or the goal is too far."""
     if owner is not None:
-        keyframes.refuse_locked(owner)
-        _refuse_size(context, owner)
-    _refuse_units(context, views)
-    _refuse_distance(context, views)
+        keyframes.require_editable(owner)
+        _check_size(context, owner)
+    _check_units(context, views)
+    _check_distance(context, views)
 
 
-def refuse_writing(context: bpy.types.Context, owner: bpy.types.Object | None) -> None:
-    """Raises SampError where a finished take cannot be written, by what the artist has done since it was begun."""
+def check_writable(context: bpy.types.Context, owner: bpy.types.Object | None) -> None:
+    """Raise SampError where the artist's changes since the start prevent a finished take from being written."""
     if owner is not None:
-        keyframes.refuse_locked(owner)
+        keyframes.require_editable(owner)
     elif context.mode not in ("OBJECT", "POSE"):
-        raise SampError("A new character cannot be made while you edit; go to Object Mode and start again.")
+        raise SampError("A new character cannot be created in this mode; go to Object Mode and start again.")
 
 
-def _refuse_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
+def _check_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
     rest = armature.calibrate(owner).rest_joints
     height = float(np.ptp(rest[:, 1]))
     if not HEIGHTS[0] <= height <= HEIGHTS[1]:
@@ -49,8 +49,8 @@ def _refuse_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
         )
 
 
-def _refuse_units(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
-    """Furniture that is a house by its numbers, in a scene whose units are not metres."""
+def _check_units(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
+    """Raise SampError for furniture as large as a house in a scene whose unit is not the metre."""
     for view in views:
         target = view.target
         if target is None or not _unit_scale(context):
@@ -63,19 +63,19 @@ def _refuse_units(context: bpy.types.Context, views: Sequence[SceneView]) -> Non
             )
 
 
-def _refuse_distance(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
-    """The way from each step's start to where it leads."""
+def _check_distance(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
+    """Raise SampError where a step's end is too far from its start."""
     start = views[0].start
-    place = None if start is None else start[0]
+    position = None if start is None else start[0]
     for view in views:
         end = _end(view)
-        if place is not None and end is not None and np.linalg.norm((end - place)[[0, 2]]) > FARTHEST:
-            away = np.linalg.norm((end - place)[[0, 2]])
+        if position is not None and end is not None and np.linalg.norm((end - position)[[0, 2]]) > FARTHEST:
+            distance = np.linalg.norm((end - position)[[0, 2]])
             raise SampError(
-                f"It is {away:.0f} m from the character to where it shall go; move one of them nearer, "
+                f"It is {distance:.0f} m from the character to its goal; move one of them nearer, "
                 f"at most {FARTHEST:.0f} m{_unit_scale(context)}."
             )
-        place = end if end is not None else place
+        position = end if end is not None else position
 
 
 def _end(view: SceneView) -> np.ndarray | None:
@@ -86,6 +86,6 @@ def _end(view: SceneView) -> np.ndarray | None:
 
 
 def _unit_scale(context: bpy.types.Context) -> str:
-    """What to do beside it in a scene whose units are not metres."""
+    """Return advice on the Unit Scale for an error message; empty where it is 1."""
     scale = context.scene.unit_settings.scale_length
     return "" if abs(scale - 1) < 1e-3 else f", and set the scene's Unit Scale of {scale:g} to 1"

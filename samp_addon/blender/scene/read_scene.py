@@ -1,4 +1,4 @@
-"""From Blender's scene to triangles in the network frame: what a render would show, without the character."""
+"""Reads Blender's scene as triangles in the network frame: what a render would show, without characters."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ...scene import geometry
 from ...scene.geometry import SceneGeometry
 
 OVERLAY_KEY = "samp_overlay"
-"""Custom property of the objects that this add-on draws; they are never part of the scene."""
+"""Custom property of overlay objects of this add-on; they are never part of the scene."""
 
 CUSHION_KEY = "samp_cushion"
-"""Custom property of an object: metres that it yields under a body; 0 where it has none."""
+"""Custom property of an object: metres that it yields under a body; 0 if missing."""
 
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
@@ -34,24 +34,24 @@ class Target:
 
 
 def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] = ()) -> SceneGeometry:
-    """World-space triangles of all that the active view layer shows and a render would show.
+    """Return the world-space triangles of all objects visible in the active view layer and in renders.
 
-    Modifiers, instances, collection instances and parents are applied; what is hidden in the viewport or in
-    renders is left out, and so are the objects of ``exclude`` with their children and skinned meshes. An
-    instance goes by the name of the object that makes it. Raises SampError, naming the object, for NaN.
+    Modifiers, instances, collection instances and parents are applied. Objects of ``exclude`` are left out with
+    their children and skinned meshes. An instance has the name of its instancer. Raise SampError, naming the
+    object, for NaN.
     """
     left_out = with_dependants(context, exclude)
-    return SceneGeometry.from_objects(_gathered(context, lambda owner: owner not in left_out))
+    return SceneGeometry.from_objects(_gather(context, lambda owner: owner not in left_out))
 
 
 def cushion_depths(context: bpy.types.Context, names: Iterable[str]) -> np.ndarray:
-    """Metres (N,) that objects of these names yield under a body. Raises SampError for what is no depth."""
+    """Return the cushion depth (N,) in metres of objects by name. Raise SampError for an invalid depth."""
     objects = context.scene.objects
     return np.array([_cushion(objects[name]) if name in objects else 0.0 for name in names], dtype=np.float64)
 
 
 def _cushion(obj: bpy.types.Object) -> float:
-    """Its own cushion depth, or that of its nearest parent; else the deepest of a collection that it shows."""
+    """Return an object's own depth, or its nearest parent's; else the largest in a collection that it instances."""
     holder = obj
     while holder is not None:
         if CUSHION_KEY in holder:
@@ -66,7 +66,7 @@ def _cushion(obj: bpy.types.Object) -> float:
 def _depth(holder: bpy.types.ID) -> float:
     depth = holder[CUSHION_KEY]
     if not isinstance(depth, int | float) or not math.isfinite(depth) or depth < 0:
-        raise SampError(f"The cushion depth of '{holder.name}' is not a length; set it with Soft Seat.")
+        raise SampError(f"The cushion depth of '{holder.name}' is not a valid length; set it with Soft Seat.")
     return float(depth)
 
 
@@ -75,22 +75,22 @@ def read_target(
     target: str | bpy.types.Object | bpy.types.Collection,
     exclude: Iterable[bpy.types.Object] = (),
 ) -> Target:
-    """The furniture of an object with its children, of an empty, or of a collection; by name or itself.
+    """Read an object with its children, an empty, or a collection as furniture. target: its name, or itself.
 
-    Raises SampError where the name is unknown (with close names), or the thing is hidden or has no surface.
+    Raise SampError where the name is unknown (with close names), or the target is hidden or has no surface.
     """
     found = find_target(context, target) if isinstance(target, str) else target
     parts = _members(found) - with_dependants(context, exclude)
-    pieces = _gathered(context, lambda owner: owner in parts)
+    pieces = _gather(context, lambda owner: owner in parts)
     if not pieces:
-        _explain_nothing_read(context, found, parts)
+        _raise_nothing_read(context, found, parts)
     scene = SceneGeometry.from_objects(pieces)
     geometry.require_surface(scene.triangles, found.name)
     return Target(found.name, scene.triangles, scene.names)
 
 
 def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy.types.Collection:
-    """The object, or else the collection, of that name in the scene; SampError with close names otherwise."""
+    """Return the object or collection of this name. Raise SampError with close names where there is none."""
     objects = context.scene.objects
     collections = {c.name: c for c in context.scene.collection.children_recursive}
     found = objects.get(name) or collections.get(name)
@@ -101,12 +101,12 @@ def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy
     if close:
         raise SampError(f"There is no '{name}' in the scene; did you mean {close}?")
     some = ", ".join(f"'{k}'" for k in known[:5]) + (", ..." if len(known) > 5 else "")
-    told = f"choose one of {some}" if some else "it is empty, so add the furniture first"
-    raise SampError(f"There is no '{name}' in the scene; {told}.")
+    advice = f"choose one of {some}" if some else "it is empty, so add the furniture first"
+    raise SampError(f"There is no '{name}' in the scene; {advice}.")
 
 
 def close_names(name: str, known: Iterable[str]) -> str:
-    """Up to five of the known names that resemble ``name``, for an error message; empty where none does."""
+    """Return up to five known names similar to ``name``, for an error message; empty where there are none."""
     lower = {k.lower(): k for k in known}
     near = difflib.get_close_matches(name.lower(), lower, n=5, cutoff=0.5)
     near += [k for k in lower if name.lower() in k and k not in near]
@@ -114,7 +114,7 @@ def close_names(name: str, known: Iterable[str]) -> str:
 
 
 def with_dependants(context: bpy.types.Context, objects: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
-    """The objects, their children and the meshes that their armatures deform."""
+    """Return the objects, their children and the meshes that their armatures deform."""
     found = _families(objects)
     armatures = {obj for obj in found if obj.type == "ARMATURE"}
     if not armatures:
@@ -132,8 +132,8 @@ def _members(target: bpy.types.Object | bpy.types.Collection) -> set[bpy.types.O
 
 
 def _families(roots: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
-    """The objects with their children, and theirs."""
-    # Blender looks through all objects for each children_recursive; one pass does for thousands of roots.
+    """Return the objects with all their descendants."""
+    # children_recursive scans all objects at each call; one pass serves thousands of roots.
     children: dict[bpy.types.Object, list[bpy.types.Object]] = {}
     for obj in bpy.data.objects:
         if obj.parent:
@@ -147,25 +147,25 @@ def _families(roots: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
     return found
 
 
-def _gathered(
+def _gather(
     context: bpy.types.Context, wanted: Callable[[bpy.types.Object], bool]
 ) -> list[tuple[str, np.ndarray]]:
-    """(name, triangles in the network frame) of each accepted original object that has faces."""
+    """Return (name, triangles in the network frame) of each accepted original object with faces."""
     pieces: dict[str, list[np.ndarray]] = {}
     for owner, instance, renderable in _shown_meshes(context):
         if renderable and wanted(owner):
             points, corners = _local_mesh(instance.object, owner)
             if len(corners):
-                pieces.setdefault(owner.name, []).append(_placed(points, corners, instance.matrix_world))
+                pieces.setdefault(owner.name, []).append(_transform(points, corners, instance.matrix_world))
     return [(name, np.concatenate(parts)) for name, parts in pieces.items()]
 
 
 def _shown_meshes(
     context: bpy.types.Context,
 ) -> Iterator[tuple[bpy.types.Object, bpy.types.DepsgraphObjectInstance, bool]]:
-    """(original owner, instance, whether a render shows it) of each mesh that the view layer shows.
+    """Yield (original owner, instance, whether a render shows it) of each mesh visible in the view layer.
 
-    Curves, text, metaballs and surfaces come as instances of their own meshes.
+    Curves, text, metaballs and surfaces appear as instances of their evaluated meshes.
     """
     rendered = _rendered_objects(context.scene.collection)
     inside: dict[bpy.types.Collection, set[bpy.types.Object]] = {}
@@ -185,7 +185,7 @@ def _shown_meshes(
 
 
 def _rendered_objects(collection: bpy.types.Collection, follow: bool = False) -> set[bpy.types.Object]:
-    """Objects below a collection that no render switch hides; ``follow`` goes into collection instances."""
+    """Return objects below a collection that are enabled in renders; ``follow`` enters collection instances."""
     if collection.hide_render:
         return set()
     found = {obj for obj in collection.objects if not obj.hide_render}
@@ -198,10 +198,10 @@ def _rendered_objects(collection: bpy.types.Collection, follow: bool = False) ->
 
 
 def _local_mesh(evaluated: bpy.types.Object, owner: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) of an evaluated mesh object in its own space, and its triangles' corners (F, 3)."""
+    """Return vertices (V, 3) of an evaluated mesh object in local space, and triangle corners (F, 3)."""
     if owner.mode != "EDIT":
         return _read_mesh(evaluated.data)
-    # In edit mode the evaluated mesh is only a shell around the one being edited.
+    # In edit mode the evaluated mesh only wraps the edit mesh.
     try:
         return _read_mesh(evaluated.to_mesh())
     finally:
@@ -217,17 +217,17 @@ def _read_mesh(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
     return points, corners
 
 
-def _placed(points: np.ndarray, corners: np.ndarray, matrix: object) -> np.ndarray:
-    """Triangles (F, 3, 3) in the network frame of a mesh and its object's matrix."""
+def _transform(points: np.ndarray, corners: np.ndarray, matrix: object) -> np.ndarray:
+    """Return triangles (F, 3, 3) in the network frame of a mesh with its object's matrix."""
     world = np.array(matrix, dtype=np.float64)
-    # One product for both the object's matrix and the change of axes: a million vertices pass through here.
+    # One product applies both the object's matrix and the change of axes; there may be millions of vertices.
     turned = frames.to_network(world[:3, :3].T)
-    # A mirrored object keeps its outside outside.
+    # Reverse the winding of mirrored objects, so that normals still point outwards.
     corners = corners[:, ::-1] if np.linalg.det(turned) < 0 else corners
     return (points @ turned + frames.to_network(world[:3, 3])).take(corners, axis=0)
 
 
-def _explain_nothing_read(
+def _raise_nothing_read(
     context: bpy.types.Context,
     target: bpy.types.Object | bpy.types.Collection,
     parts: set[bpy.types.Object],

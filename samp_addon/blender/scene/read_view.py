@@ -46,7 +46,7 @@ def read_view(
     if "start" in needs:
         found["start"] = start
     if first and "via" in needs:
-        found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.places(context)
+        found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
     return SceneView(geometry, **found)
 
 

@@ -1,4 +1,4 @@
-"""Which piece of furniture an artist means by a click."""
+"""Finds the piece of furniture that an artist has clicked."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ from ...errors import SampError
 from ..overlays.goal_arrows import TARGET_KEY
 
 LARGEST = 4.0
-"""Metres across. A parent that holds more is not a piece of furniture but a part of the room."""
+"""Largest width of furniture in metres; a larger parent is a part of the room."""
 
 
 def clicked_target(context: bpy.types.Context) -> str:
-    """The name of the furniture that is active or selected; for a goal's arrow its object.
+    """Return the name of the furniture that is active or selected; for a goal's arrow, its target.
 
-    A click meets one cushion of a sofa whose parts hang under an empty: the target is the highest parent that
-    is no larger than furniture is. Characters are passed over. Raises SampError where nothing fits.
+    A click selects one cushion of a sofa whose parts have a common parent: the target is the highest parent
+    of furniture size. Characters are skipped. Raise SampError where nothing fits.
     """
     active = context.view_layer.objects.active
-    for thing in ([active] if active is not None else []) + list(context.selected_objects):
-        if thing.get(TARGET_KEY):
-            return thing[TARGET_KEY]
-        if not _is_character(thing):
-            return _whole(thing).name
-    raise SampError("No furniture is selected; click it, or name a target.")
+    for obj in ([active] if active is not None else []) + list(context.selected_objects):
+        if obj.get(TARGET_KEY):
+            return obj[TARGET_KEY]
+        if not _is_character(obj):
+            return _whole(obj).name
+    raise SampError("No furniture is selected; select it, or choose a target.")
 
 
-def _is_character(thing: bpy.types.Object) -> bool:
-    return thing.type == "ARMATURE" or thing.find_armature() is not None
+def _is_character(obj: bpy.types.Object) -> bool:
+    return obj.type == "ARMATURE" or obj.find_armature() is not None
 
 
-def _whole(thing: bpy.types.Object) -> bpy.types.Object:
-    """The highest parent that is no larger than furniture."""
-    while thing.parent and not _is_character(thing.parent) and _width(thing.parent) <= LARGEST:
-        thing = thing.parent
-    return thing
+def _whole(obj: bpy.types.Object) -> bpy.types.Object:
+    """Return the highest parent of furniture size."""
+    while obj.parent and not _is_character(obj.parent) and _width(obj.parent) <= LARGEST:
+        obj = obj.parent
+    return obj
 
 
-def _width(thing: bpy.types.Object) -> float:
-    """Horizontal extent in metres of an object and all that hangs below it, by their bounding boxes."""
+def _width(obj: bpy.types.Object) -> float:
+    """Return the horizontal extent in metres of an object and its children, from bounding boxes."""
     corners = [
         np.array(part.matrix_world)[:2] @ np.append(np.array(corner), 1.0)
-        for part in [thing, *thing.children_recursive]
+        for part in [obj, *obj.children_recursive]
         if part.type == "MESH"
         for corner in part.bound_box
     ]

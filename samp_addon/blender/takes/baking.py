@@ -24,11 +24,12 @@ from ...pipeline.driver import Store, Toolbox, Work
 from ...pipeline.job import Job
 from ...progress import Progress
 from ...scene.geometry import SceneGeometry
-from ..actions import keyframes, refine_action
+from ..actions import keyframes, notes, refine_action
 from ..character import armature, character
 from ..scene import preconditions, read_scene, read_view
 from ..thread_run import Slices, ThreadRun, run_to_completion
-from . import measure, reporting, take_list
+from . import reporting
+from .rollback import Rollback
 
 MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
 A_MOMENT = 0.02  # seconds
@@ -95,7 +96,7 @@ def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> P
         read_view.read_view(context, step, geometry, start, people, first=number == 0)
         for number, step in enumerate(job.steps)
     ]
-    preconditions.refuse(context, owner, views)
+    preconditions.check(context, owner, views)
     if not job.refine:
         return Plan(Work(job, views), geometry, owner)
     body = human.load() if owner is None else character.body_of(owner)
@@ -109,9 +110,9 @@ def write(
     failures: Sequence[Failure],
     progress: Progress = lambda stage, share: None,
 ) -> Result:
-    """One new Action for each take, the first one active, and the report.
+    """Write a new Action for each take, the first one active; return it with the report's entries.
 
-    If anything goes wrong, what was made is taken away again. Raises SampError where there is no take.
+    If anything goes wrong, what was made is removed again. Raise SampError where there is no take.
     """
     return run_to_completion(in_slices(context, plan, takes, failures), progress)
 
@@ -119,14 +120,14 @@ def write(
 def in_slices(
     context: bpy.types.Context, plan: Plan, takes: Sequence[Take], failures: Sequence[Failure]
 ) -> Slices:
-    """`write`, a take at a time; closed before its end, it takes away what it made."""
+    """Do `write` a take at a time; closed before its end, it removes what it made."""
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
-    preconditions.refuse_writing(context, plan.owner)
-    undo = _Undo(context)
+    preconditions.check_writable(context, plan.owner)
+    rollback = Rollback(context)
     written, variants = [], []
     obstacles, measured = Obstacles(plan.geometry.triangles), []
-    pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # beside Blender, which reads the next take meanwhile
+    pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
     try:
         owner = plan.owner or _new_character(context, takes[0])
         body = character.body_of(owner)
@@ -142,19 +143,19 @@ def in_slices(
             )
             written.append(action)
             if take.goal is not None:
-                measure.remember_goal(action, take.goal)
-            measure.remember_ground(action, take.laid_ground)
+                notes.write_goal(action, take.goal)
+            notes.write_ground(action, take.laid_ground)
             shown = keyframes.read_motion(owner, action, scene=context.scene)
             measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:
                 yield "Measuring", count / len(takes)
-            told = measured[count].result()
-            variants.append(reporting.entry(context, plan.work.job, take, action, owner, told))
+            numbers = measured[count].result()
+            variants.append(reporting.entry(context, plan.work.job, take, action, owner, numbers))
             before = None if take.refined is None else take.refined.before
-            take_list.remember_measures(action, told.numbers, before)
+            notes.write_measures(action, numbers.numbers, before)
     except BaseException:
-        undo()
+        rollback()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
@@ -163,18 +164,18 @@ def in_slices(
 
 
 def sentence(result: Result) -> str:
-    """What the artist is told of a job that is done."""
+    """Return the sentence that is reported after a job."""
     names = ", ".join(f"'{variant['action_name']}'" for variant in result.variants)
     last = max(variant["frame_end"] for variant in result.variants)
-    told = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
+    text = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
     if result.failures:
-        told += f" {len(result.failures)} failed: {result.failures[0].message}"
+        text += f" {len(result.failures)} failed: {result.failures[0].message}"
     left = max(
         (variant["refined"]["unsolved_cm"] for variant in result.variants if variant["refined"]), default=0
     )
     if left > refine_action.UNSOLVED * 100:
-        told += f" The body is still {left:.0f} cm deep in the scene somewhere."
-    return told
+        text += f" The body is still {left:.0f} cm deep in the scene somewhere."
+    return text
 
 
 def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
@@ -187,7 +188,7 @@ def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.typ
 
 
 def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
-    """The default human where the take starts."""
+    """Create the default human where the take starts."""
     facing = take.motion.headings()[0]
     location = frames.to_blender(take.floor_start)
     return character.create_character(
@@ -200,27 +201,3 @@ def _name(job: Job, take: Take) -> str:
     words = [" ".join(word for word in (step.action, step.target) if word) for step in job.steps]
     text = ", ".join(word for word in words if word) or registry.find(take.method).label
     return f"{text[:LONGEST_NAME]} {take.seed}"
-
-
-class _Undo:
-    """Takes away what was made since, and puts the selection back: for a job that stops half-way."""
-
-    KINDS = ("actions", "objects", "meshes", "armatures", "materials", "collections")
-
-    def __init__(self, context: bpy.types.Context) -> None:
-        self.layer = context.view_layer
-        self.active = self.layer.objects.active
-        self.selected = list(context.selected_objects)
-        self.present = {kind: set(getattr(bpy.data, kind)) for kind in self.KINDS}
-
-    def __call__(self) -> None:
-        for kind in self.KINDS:
-            data = getattr(bpy.data, kind)
-            for made in set(data) - self.present[kind]:
-                data.remove(made)
-        left = set(bpy.data.objects)  # the artist may have deleted something meanwhile
-        for thing in self.selected:
-            if thing in left:
-                thing.select_set(True)
-        if self.active is None or self.active in left:
-            self.layer.objects.active = self.active

@@ -9,7 +9,6 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from ...scene.seats import seats
 from ...scene.seats.seats import Seat
 from ...scene.seats.support import SupportMap
 from ...scene.voxels import InteractionGrid
+from .load_networks import load_goal_net
 
 ROUNDS = 6
 """Rounds of samples; each draws a few more than the number of goals."""
@@ -141,30 +141,21 @@ def _network_samples(grid: InteractionGrid, action: str, count: int, seed: int) 
 
     from ....models import goal_net
 
-    net = _network()
+    net = load_goal_net()
     generator = torch.Generator().manual_seed(int(seed) % 2**63)
     cos, sin = np.cos(grid.yaw), np.sin(grid.yaw)
     to_world = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
+    features = torch.from_numpy(grid.object_features().astype(np.float32))[None]
+    # Gradients are off for the network only: a caller that stops half-way must find them as they were.
     with torch.no_grad():
-        features = torch.from_numpy(grid.object_features().astype(np.float32))[None]
         condition = net.condition(features, torch.tensor([goal_net.ACTIONS.index(action)]))
-        for _ in range(ROUNDS):
-            # One row at a time, so that goal k of a seed does not depend on the count.
-            for _ in range(count + 4):
-                z = torch.randn(1, goal_net.LATENT, generator=generator)
+    for _ in range(ROUNDS):
+        # One row at a time, so that goal k of a seed does not depend on the count.
+        for _ in range(count + 4):
+            z = torch.randn(1, goal_net.LATENT, generator=generator)
+            with torch.no_grad():
                 goal = net.draw(condition, z)[0].double().numpy()
-                facing = goal[3:] @ to_world * [1.0, 0.0, 1.0]
-                length = np.linalg.norm(facing)
-                if length > 0.2:
-                    yield Goal(grid.centre + goal[:3] @ to_world, facing / length, action)
-
-
-@lru_cache(maxsize=1)
-def _network() -> object:
-    from ....models import goal_net
-    from ....models.weights import WeightsError
-
-    try:
-        return goal_net.load()
-    except WeightsError as error:
-        raise SampError(str(error)) from error
+            facing = goal[3:] @ to_world * [1.0, 0.0, 1.0]
+            length = np.linalg.norm(facing)
+            if length > 0.2:
+                yield Goal(grid.centre + goal[:3] @ to_world, facing / length, action)

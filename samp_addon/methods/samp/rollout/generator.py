@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +13,7 @@ from ....motion import ACTIONS, Motion
 from ....progress import show
 from ....torch_threads import one_thread
 from ..finishing import finish
+from ..load_networks import MotionNetwork, load_motion_net
 from ..request import Request
 from .planned_take import PlannedTake, plan_takes, start_rollout
 from .record import Record
@@ -26,45 +25,21 @@ if TYPE_CHECKING:
 MULTITHREADED = 4  # takes from which a batch gains from several threads of torch
 
 
-@functools.cache
-def load_network(folder: Path | None = None, kind: str = "motion_net") -> tuple:
-    """The network in evaluation mode and its start poses: heights (K,) and local quaternions (K, 22, 4).
-
-    folder: of other weights than the shipped ones. kind: one of models.baselines.NETWORKS.
-    """
-    import torch
-
-    from .....models import weights
-    from .....models.baselines import NETWORKS, hidden_width
-
-    try:
-        tensors = weights.load_weights("motion_net", folder or weights.FOLDER)
-    except weights.WeightsError as error:
-        raise SampError(str(error)) from error
-    starts = tensors.pop("start_heights"), tensors.pop("start_rotations")
-    net = NETWORKS[kind](hidden_width(tensors))
-    # The encoder is needed for training only and is not shipped.
-    net.load_state_dict({k: v.float() for k, v in tensors.items()}, strict=False)
-    net.eval()
-    torch.set_grad_enabled(True)
-    return net, starts[0].float(), starts[1].float()
-
-
 def generate(
     requests: Sequence[Request],
     progress: Callable[[float], None] = lambda share: None,
-    network: tuple | None = None,
+    network: MotionNetwork | None = None,
 ) -> list[Motion | SampError]:
     """Generate one take for each request, all as one batch. Return the Motion, or the error that prevented it.
 
     progress: called with the share done, from 0 to 1, and shown the first take as it grows (progress.py); an exception
-    that it raises stops the work. network: as returned by load_network; the shipped one if omitted.
+    that it raises stops the work. network: as returned by load_motion_net; the shipped one if omitted.
     """
     results: list[Motion | SampError] = [_refusal(request) for request in requests]
     valid = [k for k, refusal in enumerate(results) if refusal is None]
     for k, result in zip(
         valid,
-        _run([requests[k] for k in valid], progress, network or load_network()) if valid else [],
+        _run([requests[k] for k in valid], progress, network or load_motion_net()) if valid else [],
         strict=True,
     ):
         results[k] = result
@@ -79,7 +54,7 @@ def _refusal(request: Request) -> SampError | None:
 
 
 def _run(
-    requests: Sequence[Request], progress: Callable[[float], None], network: tuple
+    requests: Sequence[Request], progress: Callable[[float], None], network: MotionNetwork
 ) -> list[Motion | SampError]:
     """Roll out the batch, frame by frame, until every take is done or stuck."""
     import torch

@@ -17,6 +17,7 @@ from ..request import Request
 from ..route import Route
 
 if TYPE_CHECKING:
+    from ..load_networks import MotionNetwork
     from .rollout import Rollout
 
 SURFACE_SAMPLES = 60_000  # points on an object that is sat or lain on
@@ -47,8 +48,8 @@ def plan_takes(requests: Sequence[Request]) -> list[PlannedTake]:
     return takes
 
 
-def start_rollout(takes: Sequence[PlannedTake], network: tuple) -> Rollout:
-    """Return the rollout of the takes at their starts. network: see generator.py."""
+def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollout:
+    """Return the rollout of the takes at their starts."""
     import torch
 
     from .rollout import Rollout

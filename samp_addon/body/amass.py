@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from . import frames, rotation
-from .body.hands import complete
-from .errors import SampError
-from .motion import Motion
+from .. import frames, rotation
+from ..errors import SampError
+from ..motion import Motion
+from .hands import complete
 
 # Rest pelvis of SMPL-X's mean body, metres, Y up.
 REST_PELVIS = np.array([0.0031, -0.3514, 0.0120])

@@ -1,4 +1,4 @@
-"""The steps that show what the program sees: operators equal their functions, and leave the artist's file alone."""
+"""Previews of voxels, navmesh and path: operators equal their functions and do not change the artist's data."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.character import character
-from samp_blender.samp_addon.blender.overlays import drawing, steps
+from samp_blender.samp_addon.blender.overlays import drawing, previews
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.errors import PathError, SampError
 from samp_blender.samp_addon.scene.navmesh.navmesh import Agent
@@ -32,7 +32,7 @@ def _room():
 
 
 def add(name, triangles):
-    """A mesh object of network-frame triangles."""
+    """Add a mesh object of triangles in the network frame."""
     mesh = bpy.data.meshes.new(name)
     points = frames.to_blender(triangles).reshape(-1, 3)
     mesh.from_pydata(points.tolist(), [], np.arange(len(points)).reshape(-1, 3).tolist())
@@ -42,14 +42,14 @@ def add(name, triangles):
 
 
 def shown(obj):
-    """The points of an overlay, Blender's world."""
+    """Return the points of an overlay, Blender's world."""
     if obj.type == "CURVE":
         return np.array([point.co[:3] for point in obj.data.splines[0].points])
     return np.array([vertex.co for vertex in obj.data.vertices])
 
 
 def inside(points):
-    """Points in Blender's world as the network sees them, with the overlays' lift taken off."""
+    """Convert points of an overlay to the network frame, without the overlays' lift."""
     return frames.to_network(points) - [0, drawing.LIFT, 0]
 
 
@@ -59,21 +59,21 @@ def inside(points):
         (
             "SAMP Grid Sofa",
             lambda: bpy.ops.samp.voxelise(target="Sofa"),
-            lambda: steps.voxelise(bpy.context, "Sofa"),
+            lambda: previews.voxelise(bpy.context, "Sofa"),
         ),
         (
             "SAMP Navmesh",
             lambda: bpy.ops.samp.build_navmesh(radius=0.3, cell=0.1),
-            lambda: steps.build_navmesh(bpy.context, Agent(radius=0.3), 0.1),
+            lambda: previews.build_navmesh(bpy.context, Agent(radius=0.3), 0.1),
         ),
         (
             "SAMP Path",
             lambda: bpy.ops.samp.plan_path(target="Sofa", use_start=True, start=(-3, 3, 0)),
-            lambda: steps.plan_path(bpy.context, "Sofa", start=(-3, 3, 0)),
+            lambda: previews.plan_path(bpy.context, "Sofa", start=(-3, 3, 0)),
         ),
     ],
 )
-def test_operators_show_what_their_functions_find(name, operator, function):
+def test_operators_equal_their_functions(name, operator, function):
     scene = read_scene.read_scene(bpy.context)
     assert operator() == {"FINISHED"}
     one = bpy.data.objects[name]
@@ -88,7 +88,7 @@ def test_operators_show_what_their_functions_find(name, operator, function):
 
 
 def test_the_grid_lies_on_its_object():
-    obj, grid = steps.voxelise(bpy.context, "Sofa")
+    obj, grid = previews.voxelise(bpy.context, "Sofa")
     points = frames.to_network(shown(obj))
     sofa = layouts.sofa((1.5, 1.0), 2.0)
     assert (points.min(0) > sofa.min((0, 1)) - 0.02).all() and (points.max(0) < sofa.max((0, 1)) + 0.02).all()
@@ -100,16 +100,16 @@ def test_the_grid_lies_on_its_object():
 
 
 def test_the_navmesh_lies_on_the_floor():
-    obj, mesh = steps.build_navmesh(bpy.context)
+    obj, mesh = previews.build_navmesh(bpy.context)
     assert np.abs(inside(shown(obj))[:, 1]).max() < 0.02
     assert len(obj.data.polygons) == len(mesh) and all(p.normal.z > 0.99 for p in obj.data.polygons)
     area = sum(polygon.area for polygon in obj.data.polygons)
     assert abs(area - mesh.area) < 0.05 and 35 < area < 64
 
 
-def test_the_path_leads_from_the_character_to_the_front_of_the_sofa():
+def test_path_from_the_character_to_the_front_of_the_sofa():
     character.create_character(bpy.context, location=(-3, 2, 0))
-    obj, path = steps.plan_path(bpy.context, "Sofa")
+    obj, path = previews.plan_path(bpy.context, "Sofa")
     points = shown(obj)
     np.testing.assert_allclose(points[0, :2], (-3, 2), atol=0.06)
     np.testing.assert_allclose(inside(points), path.waypoints, atol=1e-5)
@@ -118,7 +118,7 @@ def test_the_path_leads_from_the_character_to_the_front_of_the_sofa():
     assert end @ frames.yaw_direction(2.0) > 0.4
 
 
-def test_the_path_leads_to_a_place():
+def test_path_to_a_point():
     bpy.context.scene.cursor.location = (3, -3, 0)
     assert bpy.ops.samp.plan_path(to_cursor=True, use_start=True, start=(-3, 3, 0)) == {"FINISHED"}
     points = shown(bpy.data.objects["SAMP Path"])
@@ -128,14 +128,14 @@ def test_the_path_leads_to_a_place():
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda: steps.voxelise(bpy.context, "Sofo"), SampError, "'Sofa'"),
-        (lambda: steps.plan_path(bpy.context), SampError, "nowhere to go"),
-        (lambda: steps.plan_path(bpy.context, "Walls"), SampError, "no place to sit"),
-        (lambda: steps.plan_path(bpy.context, to=(0, 0, 0), start=(50, 0, 0)), PathError, "start is"),
-        (lambda: steps.build_navmesh(bpy.context, Agent(radius=5)), PathError, "smaller"),
+        (lambda: previews.voxelise(bpy.context, "Sofo"), SampError, "'Sofa'"),
+        (lambda: previews.plan_path(bpy.context), SampError, "The path has no end"),
+        (lambda: previews.plan_path(bpy.context, "Walls"), SampError, "no place to sit"),
+        (lambda: previews.plan_path(bpy.context, to=(0, 0, 0), start=(50, 0, 0)), PathError, "start is"),
+        (lambda: previews.build_navmesh(bpy.context, Agent(radius=5)), PathError, "smaller"),
     ],
 )
-def test_what_goes_wrong_is_one_sentence(call, error, words):
+def test_errors_are_one_sentence(call, error, words):
     before = set(bpy.data.objects.keys())
     with pytest.raises(error, match=words):
         call()
@@ -151,7 +151,7 @@ def test_what_goes_wrong_is_one_sentence(call, error, words):
         (lambda: bpy.ops.samp.build_navmesh(radius=2.0, cell=0.2, height=5), "smaller"),
     ],
 )
-def test_operators_report_it(call, words):
+def test_operators_report_errors(call, words):
     if "smaller" in words:
         bpy.data.objects.remove(bpy.data.objects["Floor"])
         add("Shaft", layouts.floor(3, 3))
@@ -177,7 +177,7 @@ def test_polls():
         ("SAMP Path", lambda: bpy.ops.samp.plan_path("EXEC_DEFAULT", True, target="Sofa")),
     ],
 )
-def test_each_undoes_as_one_step(name, call):
+def test_undo_is_one_step(name, call):
     bpy.context.scene.cursor.location = (-3, 3, 0)
     bpy.ops.ed.undo_push(message="Room")
     assert call() == {"FINISHED"} and name in bpy.data.objects

@@ -1,4 +1,4 @@
-"""The single steps of the chain, each shown in the scene: what the operators of the panel's steps do."""
+"""Single stages of a job, each drawn into the scene: voxel grid, navmesh and path."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from . import drawing, goal_arrows
 
 
 def voxelise(context: bpy.types.Context, target: str) -> tuple[bpy.types.Object, InteractionGrid]:
-    """The interaction grid of a piece of furniture, and the object that shows it."""
+    """Voxelise a piece of furniture; return the overlay object and the grid."""
     furniture = read_scene.read_target(context, target, _people(context))
     yaw = seats.infer_front_yaw(furniture.triangles)
     grid = InteractionGrid.build(furniture.triangles, yaw, furniture.name)
@@ -33,7 +33,7 @@ def voxelise(context: bpy.types.Context, target: str) -> tuple[bpy.types.Object,
 def build_navmesh(
     context: bpy.types.Context, agent: Agent | None = None, cell: float = navigation.CELL
 ) -> tuple[bpy.types.Object, NavMesh]:
-    """Where a character can walk in the scene, and the object that shows it. Sizes in metres and radians."""
+    """Build the scene's navmesh; return the overlay object and the navmesh. cell: metres."""
     scene = read_scene.read_scene(context, _people(context))
     mesh = navigation.build(scene.triangles, agent, cell)
     return drawing.draw_navmesh(context, mesh), mesh
@@ -46,11 +46,11 @@ def plan_path(
     start: Sequence[float] | None = None,
     action: str = "sit",
 ) -> tuple[bpy.types.Object, Path]:
-    """The way to a piece of furniture or to a place, and the curve that shows it.
+    """Plan the path to a piece of furniture or to a point; return the overlay curve and the path.
 
-    target: name of the furniture; the way ends in front of its first goal (the artist's arrows first). to: (3,)
-    a place instead. start: (3,); left out, where the character stands, or the 3D cursor if there is none. Places
-    in metres, in Blender's world. Raises SampError where there is no goal or no way.
+    target: name of the furniture; the path ends in front of its first goal (the artist's arrows first). to: (3,)
+    a point instead. start: (3,); by default where the character stands, or the 3D cursor without a character. Points
+    in metres, in Blender's world. Raise SampError where there is no goal or no path.
     """
     people = _people(context)
     scene = read_scene.read_scene(context, people)
@@ -64,7 +64,7 @@ def plan_path(
         goal = _goal_on(context, furniture, action, others)
         end = goal.position
     else:
-        raise SampError("There is nowhere to go; name a target, or give a place.")
+        raise SampError("The path has no end; give a target or a point.")
     mesh = navigation.build(scene.triangles, cover=np.stack([begin, end]))
     path = paths.plan(mesh, begin, end) if goal is None else paths.plan_to_goal(mesh, begin, goal)
     return drawing.draw_path(context, path), path
@@ -75,7 +75,7 @@ def _people(context: bpy.types.Context) -> list[bpy.types.Object]:
 
 
 def _standing(context: bpy.types.Context) -> np.ndarray:
-    """The floor (3,) under the character, or the 3D cursor; metres, network frame."""
+    """Return the floor point (3,) under the character, or the 3D cursor; metres, network frame."""
     if not _people(context):
         return frames.to_network(np.array(context.scene.cursor.location))
     owner = armature.find(context)
