@@ -44,7 +44,7 @@ class Footprints:
         return cls(np.array([place for place, _ in found]), np.array([time for _, time in found]))
 
     def support(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the heights (N,) of the ground under soles (N, 3), those of the nearest footprints, and its normals."""
+        """Return the heights (N,) of the footprints nearest to soles (N, 3), and the normals (N, 3) of the ground."""
         away = np.linalg.norm((points[:, None] - self.places)[..., [0, 2]], axis=-1)
         return self.places[away.argmin(1), 1], np.tile([0.0, 1.0, 0.0], (len(points), 1))
 

@@ -85,8 +85,10 @@ def retarget(
 
 
 def _rest_joints(fitted: Fit) -> np.ndarray:
-    """Return the rig's joints (55, 3), the balls of the feet BALL_HEIGHT over the soles as the foot lock assumes; a rig's
-    own can be anywhere."""
+    """Return the rig's joints (55, 3) with the balls of the feet BALL_HEIGHT over the soles.
+
+    The foot lock assumes this; in a rig they can be anywhere.
+    """
     joints = fitted.joints.copy()
     for foot in FEET:
         joints[foot.ball, 1] = joints[foot.ankle, 1] - fitted.sole + BALL_HEIGHT
