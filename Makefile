@@ -78,4 +78,4 @@ matrix: $(BLENDERS:%=matrix-%)
 	touch $@
 
 matrix-%: .venv-%/ready
-	PYTHONPATH=tests/support .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)
+	PYTHONPATH=tests/support:tests/support/faults:tests/support/blender .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)

@@ -1,4 +1,4 @@
-"""SAMP for Blender: the extension's entry. Registers what an artist can press, and nothing else."""
+"""SAMP for Blender: entry point of the extension. Registers operators, user interface and shell command."""
 
 
 def register() -> None:

@@ -87,7 +87,7 @@ def operator_takes(room: Path) -> dict[str, str]:
     """Takes of the operators: Sit Here, Refine, and the take carried to a Mixamo rig."""
     import samp_blender
 
-    sys.path.insert(0, str(ROOT / "tests" / "support"))
+    sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tests" / "support" / "blender")]
     import humanoids
 
     bpy.ops.wm.open_mainfile(filepath=str(room))

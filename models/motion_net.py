@@ -18,10 +18,10 @@ OBJECT_CODE = 256
 HIDDEN = 256
 # Share of the present course (state.extrapolate) in the next state; the decoder tells the rest. All of it, and errors
 # would never die away; none of it, and thousands of steps of training go into repeating what is already known.
-COURSE = 0.75
+EXTRAPOLATED_SHARE = 0.75
 ENCODER = ("state_encoder", "interaction_encoder", "mean", "log_variance")
 """Attributes of MotionNet that make up its encoder."""
-FROM_THE_LEFT = 4  # rows of a batch from which the experts' weights are multiplied from the left
+WEIGHTS_FIRST_ROWS = 4  # rows of a batch from which the experts' weights are multiplied from the left
 
 
 def three_layers(sizes: tuple[int, int, int, int]) -> nn.Sequential:
@@ -46,13 +46,13 @@ class ExpertLayer(nn.Module):
 
     def forward(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
         """x: (B, inputs), gate: (B, experts). Returns (B, outputs)."""
-        if not self.training and len(x) >= FROM_THE_LEFT:
-            return self._from_the_left(x, gate)
+        if not self.training and len(x) >= WEIGHTS_FIRST_ROWS:
+            return self._weights_first(x, gate)
         each = (x @ self.weight.flatten(1)).unflatten(1, self.bias.shape)
         mixed = torch.bmm(gate[:, None], each)[:, 0]
         return mixed + gate @ self.bias
 
-    def _from_the_left(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
+    def _weights_first(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
         """The same product with the weights on the left: for some ten rows, the libraries are half as quick again."""
         if self._rows is None or self._rows[0] != self.weight._version:
             self._rows = self.weight._version, self.weight.detach().flatten(1).t().contiguous()
@@ -139,12 +139,12 @@ class MotionNet(nn.Module):
         y = self.decoder(
             z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights
         )
-        return self.told(y, x)
+        return self.next_state(y, x)
 
     def change(self, y: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
         """What the decoder has to say so that the states y (B, 647) follow the states x (B, 647)."""
-        return (y - COURSE * state.extrapolate(x) - self.target_mean) / self.target_std
+        return (y - EXTRAPOLATED_SHARE * state.extrapolate(x) - self.target_mean) / self.target_std
 
-    def told(self, change: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
+    def next_state(self, change: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
         """The states (B, 647) that follow the states x (B, 647) when the decoder says ``change`` (B, 647)."""
-        return COURSE * state.extrapolate(x) + change * self.target_std + self.target_mean
+        return EXTRAPOLATED_SHARE * state.extrapolate(x) + change * self.target_std + self.target_mean

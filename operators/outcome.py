@@ -23,7 +23,7 @@ def run(
         operator.report({"ERROR"}, str(error))
         return {"CANCELLED"}
     except (ImportError, OSError) as error:
-        message = dependencies.sentence(error)
+        message = dependencies.explain(error)
         if message is None:
             raise
         operator.report({"ERROR"}, message)

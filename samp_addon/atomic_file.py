@@ -1,4 +1,4 @@
-"""Files that are whole or not there at all, whenever the process dies."""
+"""Atomic writing: a file is complete or absent, whenever the process dies."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from pathlib import Path
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[Path]:
-    """A place beside the file to write to; moved to the file's own if nothing went wrong, else taken away.
+def atomic_write(path: Path) -> Iterator[Path]:
+    """Yield a temporary path in the same folder; move it to ``path`` on success, delete it on failure.
 
-    What a killed run has left of the same file is taken away too. Makes the folder. Raises OSError.
+    Temporary files that a killed run left behind for the same path are deleted as well. Creates the folder. Raises
+    OSError.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
@@ -21,6 +22,6 @@ def whole(path: Path) -> Iterator[Path]:
         yield part
         part.replace(path)
     finally:
-        # Blender itself writes beside the name it is given, with a sign after it.
-        for left in path.parent.glob(f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}*"):
-            left.unlink(missing_ok=True)
+        # Blender writes its own temporary file: the given name with a character appended.
+        for leftover in path.parent.glob(f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}*"):
+            leftover.unlink(missing_ok=True)

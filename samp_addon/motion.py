@@ -1,4 +1,4 @@
-"""Motion: the one currency. Every method returns one; baking, refining, measuring and exporting take one."""
+"""Motion, the common currency: methods return it; baking, refining, measuring and exporting take it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import rotation, skeleton
 
 ACTIONS = ("idle", "walk", "run", "sit", "lie")
 SEATED = ("sit", "lie")
-"""Actions that end on furniture."""
+"""The actions that rest the body on an object."""
 CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
 
 
@@ -38,7 +38,7 @@ class Motion:
         frames = len(self.root)
         if self.root.shape != (frames, 3) or self.rotations.ndim != 3 or self.rotations.shape[0] != frames:
             raise ValueError(
-                f"root {self.root.shape} and rotations {self.rotations.shape} do not belong together"
+                f"root {self.root.shape} and rotations {self.rotations.shape} do not fit together"
             )
 
     def __len__(self) -> int:
@@ -50,7 +50,7 @@ class Motion:
         return max(len(self) - 1, 0) / self.fps
 
     def forward_kinematics(self) -> tuple[np.ndarray, np.ndarray]:
-        """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints, read-only: they are kept."""
+        """Return world positions (T, J, 3) and global quaternions (T, J, 4) of the joints; cached, read-only."""
         return self._kinematics
 
     def headings(self) -> np.ndarray:
@@ -67,17 +67,17 @@ class Motion:
 
     @cached_property
     def _kinematics(self) -> tuple[np.ndarray, np.ndarray]:
-        made = skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
-        for values in made:
+        result = skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
+        for values in result:
             values.setflags(write=False)
-        return made
+        return result
 
-    def posed(self, part: slice | np.ndarray) -> Motion:
-        """The poses of some frames, without what else is known of them: contacts, actions, the interaction."""
-        return Motion(self.root[part], self.rotations[part], self.fps, rest_joints=self.rest_joints)
+    def pose_slice(self, rows: slice | np.ndarray) -> Motion:
+        """Return the poses of some frames, without contacts, actions and interaction."""
+        return Motion(self.root[rows], self.rotations[rows], self.fps, rest_joints=self.rest_joints)
 
     def resampled(self, fps: float) -> Motion:
-        """The same motion at another frame rate: positions linear, rotations by slerp, the end kept."""
+        """Resample to another frame rate: linear for positions, slerp for rotations; the last frame is kept."""
         if abs(fps - self.fps) < 1e-9 or len(self) < 2:
             return replace(self, fps=fps)
         count = max(int(round(self.seconds * fps)) + 1, 2)
@@ -97,8 +97,8 @@ class Motion:
         )
 
     def smoothed(self, sigma: float) -> Motion:
-        """The same motion under a Gaussian over time, sigma in frames; contacts and actions as they are."""
-        from scipy.ndimage import gaussian_filter1d  # slow to import, and this module is read at registration
+        """Smooth root and rotations over time with a Gaussian; sigma in frames. Contacts and actions are unchanged."""
+        from scipy.ndimage import gaussian_filter1d  # slow to import; this module is loaded at registration
 
         quats = gaussian_filter1d(rotation.continuous(self.rotations), sigma, axis=0, mode="nearest")
         root = gaussian_filter1d(self.root, sigma, axis=0, mode="nearest")
@@ -107,7 +107,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Goal:
-    """Where the pelvis shall end, in the network frame.
+    """Where the pelvis ends, in the network frame.
 
     position: (3,) of the pelvis joint, metres; direction: (3,) unit, horizontal.
     """

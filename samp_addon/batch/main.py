@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import dependencies
-from ..atomic_file import whole
+from ..atomic_file import atomic_write
 from ..blender.actions import keyframes
 from ..blender.scene import open_scene
 from ..blender.takes import baking, reporting
@@ -153,7 +153,7 @@ def _carry_out(
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
     except Exception as error:
-        if sentence := dependencies.sentence(error):
+        if sentence := dependencies.explain(error):
             return Outcome(errors=[{"message": sentence}])
         # Never a traceback on the screen; whoever mends the program finds it in the report.
         text = f"Something unexpected went wrong ({type(error).__name__}: {error}); please report it."
@@ -197,7 +197,7 @@ def _write_files(made: Order, result: baking.Result) -> list[Path]:
     try:
         for variant, action in zip(result.variants, result.actions, strict=True):
             files.append(places[variant["seed"]])
-            with whole(files[-1]) as part:
+            with atomic_write(files[-1]) as part:
                 amass.write_amass(keyframes.read_motion(result.owner, action), part)
     except OSError as error:
         raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
@@ -209,7 +209,7 @@ def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[
     if path is None:
         return True
     try:
-        with whole(path) as part:
+        with atomic_write(path) as part:
             part.write_text(json.dumps(reporting.report(variants, errors), indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         _complain(f"The report '{path}' cannot be written ({error.strerror}); choose another --report.")

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..atomic_file import whole
+from ..atomic_file import atomic_write
 from ..methods.take import Failure, SubGoal, Take
 from ..motion import Goal, Motion
 from ..refine.refinement import Refined
@@ -44,7 +44,7 @@ class SavedTakes:
         arrays: dict[str, np.ndarray] = {}
         made = json.dumps(_encoded([list(takes), list(failures)], arrays))
         try:
-            with whole(self._path(piece)) as part:
+            with atomic_write(self._path(piece)) as part:
                 np.savez(part, made=np.array(made), **arrays)
         except OSError:
             return

@@ -1,4 +1,4 @@
-"""Takes as AMASS SMPL-X .npz, the file that SMPL-X tools exchange.
+"""Read and write takes as AMASS SMPL-X .npz files, the exchange format of SMPL-X tools.
 
 AMASS is Z-up. Its ``trans`` is not the pelvis: SMPL-X turns the body about the rest pelvis J0 and then adds
 ``trans``, so pelvis = J0 + trans. J0 is that of SMPL-X's mean body, since exported files carry betas of
@@ -28,18 +28,18 @@ _PARTS = {
     "pose_eye": (23, 25),
     "pose_hand": (25, 55),
 }
-# Beyond AMASS' own keys: what a take knows of itself, so that reading gives back what was written.
+# Additional keys, so that reading restores all that was written.
 _EXTRA = {"contacts": "samp_contacts", "actions": "samp_actions"}
 _START = "samp_interaction_start"
-SLOWEST, FASTEST = 1, 1000
-"""Frames a second of a file that can be a motion."""
+MIN_FPS, MAX_FPS = 1, 1000
+"""Frames per second of a valid file."""
 _UNREADABLE = (OSError, EOFError, ValueError, zipfile.BadZipFile, AttributeError)
 
 
 def write_amass(motion: Motion, path: str | Path, gender: str = "neutral") -> Path:
-    """Writes a take at its own frame rate; missing fingers are relaxed. Returns the path, which ends in .npz.
+    """Write a take at its own frame rate; missing fingers are relaxed. Return the path, which ends in .npz.
 
-    Raises SampError for a take with values that are not numbers and where the file cannot be written.
+    Raises SampError for a take with values that are not finite, and where the file cannot be written.
     """
     if len(motion) == 0 or not (np.isfinite(motion.root).all() and np.isfinite(motion.rotations).all()):
         raise SampError("The take is empty or holds values that are not numbers; generate it again.")
@@ -65,13 +65,18 @@ def write_amass(motion: Motion, path: str | Path, gender: str = "neutral") -> Pa
     if motion.interaction_start is not None:
         content[_START] = np.array(motion.interaction_start)
     path = Path(path).with_suffix(".npz")
-    _write_whole(path, content)
+    _write_atomically(path, content)
     return path
 
 
-def _write_whole(path: Path, content: dict[str, np.ndarray]) -> None:
-    """Writes beside the file and moves there: it is whole, or what was there before. Raises SampError."""
-    part = path.with_name(f".{os.getpid()}.part")  # short: a name may be as long as the system allows
+def _write_atomically(path: Path, content: dict[str, np.ndarray]) -> None:
+    """Write a temporary file in the same folder and move it into place, so that no partial file remains.
+
+    Raises SampError.
+    """
+    part = path.with_name(
+        f".{os.getpid()}.part"
+    )  # short: the file's own name may already be as long as allowed
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -85,11 +90,11 @@ def _write_whole(path: Path, content: dict[str, np.ndarray]) -> None:
 
 
 def read_amass(path: str | Path) -> Motion:
-    """Reads an AMASS file of an SMPL, SMPL-H or SMPL-X body: 22 joints, or 55 where it is SMPL-X.
+    """Read an AMASS file of an SMPL, SMPL-H or SMPL-X body: 22 joints, or 55 for SMPL-X.
 
-    The body's own shape (betas) needs SMPL-X's model files and is not read: the mean body's rest pelvis
-    stands for it, and the root is off by as much as theirs differ, a few centimetres. Raises SampError for
-    another file.
+    The body's shape (betas) needs SMPL-X's model files and is not read. The rest pelvis of the mean body is used
+    instead, so that the root is off by their difference, a few centimetres. Raises SampError for a file that is
+    missing, unreadable or no AMASS motion.
     """
     path = Path(path)
     try:
@@ -97,7 +102,7 @@ def read_amass(path: str | Path) -> Motion:
             content = {key: value for key, value in data.items() if value.dtype.kind in "fiu"}
     except FileNotFoundError as error:
         raise SampError(f"There is no file '{path}'; choose an AMASS .npz file.") from error
-    # zlib.error and NotImplementedError: a file with wrong bytes inside.
+    # zlib.error and NotImplementedError: corrupt content.
     except (*_UNREADABLE, zlib.error, NotImplementedError) as error:
         raise SampError(
             f"'{path}' is not an .npz file that can be read; choose an AMASS .npz file."
@@ -110,9 +115,9 @@ def read_amass(path: str | Path) -> Motion:
         )
     if not (np.isfinite(poses).all() and np.isfinite(content["trans"]).all()):
         raise SampError(f"'{path.name}' holds values that are not numbers; choose another file.")
-    if not SLOWEST <= rate <= FASTEST:
+    if not MIN_FPS <= rate <= MAX_FPS:
         raise SampError(
-            f"'{path.name}' has {rate:g} frames a second; choose a file with {SLOWEST} to {FASTEST}."
+            f"'{path.name}' has {rate:g} frames per second; choose a file with {MIN_FPS} to {MAX_FPS}."
         )
     vectors = poses[:, : 165 if poses.shape[1] >= 165 else 66].reshape(len(poses), -1, 3)
     quaternions = rotation.continuous(rotation.from_axis_angle(vectors))
@@ -130,14 +135,14 @@ def read_amass(path: str | Path) -> Motion:
 
 
 def _rate(content: dict[str, np.ndarray]) -> float | None:
-    """Frames a second, or None where it is not one number."""
+    """Return the frames per second, or None where the file does not hold one number."""
     rate = content.get("mocap_frame_rate", content.get("mocap_framerate"))
-    told = float(rate.reshape(())) if rate is not None and rate.size == 1 else np.nan
-    return told if np.isfinite(told) else None
+    value = float(rate.reshape(())) if rate is not None and rate.size == 1 else np.nan
+    return value if np.isfinite(value) else None
 
 
 def _poses(content: dict[str, np.ndarray]) -> np.ndarray | None:
-    """Rotation vectors (T, 66 or more) from ``poses`` or from its parts; None where there are neither."""
+    """Return rotation vectors (T, 66 or more) from ``poses`` or its parts, or None without either."""
     if "poses" in content:
         poses = content["poses"]
     elif all(key in content for key in _PARTS):

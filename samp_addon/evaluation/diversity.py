@@ -14,7 +14,6 @@ from .. import rotation
 from ..frames import direction_yaw
 from ..motion import Motion
 from ..skeleton import BODY_COUNT
-from .metrics import heading
 
 TRAJECTORY_SAMPLES = np.linspace(-1, 1, 13)
 """Seconds around a frame at which the root's path is sampled."""
@@ -24,7 +23,7 @@ def pose_features(motion: Motion) -> np.ndarray:
     """22 joints x (position 3, forward 3, up 3, velocity 3) of each frame in its root's frame: (T, 264)."""
     joints, globals_ = motion.forward_kinematics()
     joints, globals_ = joints[:, :BODY_COUNT], globals_[:, :BODY_COUNT]
-    home = rotation.about_y(-direction_yaw(heading(motion)))[:, None]
+    home = rotation.about_y(-direction_yaw(motion.headings()))[:, None]
     floor = motion.root * [1.0, 0.0, 1.0]
     moved = np.gradient(joints, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(joints)
     columns = rotation.quaternion_to_matrix(globals_)
@@ -35,7 +34,7 @@ def pose_features(motion: Motion) -> np.ndarray:
 
 def trajectory_features(motion: Motion) -> np.ndarray:
     """The root's ground positions and directions at 13 times from -1 s to +1 s, in its frame now: (T, 52)."""
-    yaw = direction_yaw(heading(motion))
+    yaw = direction_yaw(motion.headings())
     steps = np.round(TRAJECTORY_SAMPLES * motion.fps).astype(int)
     at = np.clip(np.arange(len(motion))[:, None] + steps, 0, len(motion) - 1)
     offset = (motion.root[at] - motion.root[:, None])[..., [0, 2]]

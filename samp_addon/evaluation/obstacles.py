@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..scene.distance.solids import MARGIN, PITCH, Boxed, Surface, free_counts, solid_cells
+from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
 
 CONTACT_DISTANCE = 0.01
 """Metres from a surface within which skin touches it."""
@@ -23,13 +23,13 @@ _BITS = 5
 BLOCK = 1 << _BITS
 """Cells along the edge of a block."""
 
-AROUND = 1.0
+PADDING = 1.0
 """Metres beyond the places asked about over which surfaces are looked at, so that the next take is there too."""
 
-AT_ONCE = 50_000
+CHUNK = 50_000
 """Places looked at together, few enough for a processor's cache."""
 
-SCATTERED = 1e6
+MAX_BLOCKS = 1e6
 """Blocks of a box above which its places are looked at in two halves."""
 
 _INSIDE, _NEAR = 1, 2
@@ -68,7 +68,7 @@ class _Solids:
             flat = triangles[(top > floor + ROUNDING) & (top <= floor + CONTACT_DISTANCE)]
             triangles = triangles[top > floor + CONTACT_DISTANCE]
             self._carpets = Surface(flat) if len(flat) else None
-        self._scene = Boxed.of(triangles)
+        self._scene = BoxedTriangles.of(triangles)
         self._low = self._high = np.zeros(3)
         self._surface: Surface | None = None
         self._blocks: dict[tuple[int, ...], _Blocks] = {}
@@ -84,8 +84,8 @@ class _Solids:
         if surface is not None:
             free = tuple(free_counts(self._scene, vertices[0]))
             blocks = self._blocks.setdefault(free, _Blocks(self._scene, free))
-            for start in range(0, len(depth), AT_ONCE):
-                part = slice(start, start + AT_ONCE)
+            for start in range(0, len(depth), CHUNK):
+                part = slice(start, start + CHUNK)
                 depth[part], touching[part] = _point_depth(columns[:, part], blocks, surface)
         depth, touching = depth.reshape(vertices.shape[:2]), touching.reshape(vertices.shape[:2])
         if self._floor is not None:
@@ -109,8 +109,8 @@ class _Solids:
         if self._surface is not None and (low >= self._low).all() and (high <= self._high).all():
             return self._surface
         some = self._surface is not None
-        low = np.minimum(low - AROUND, self._low) if some else low - AROUND
-        high = np.maximum(high + AROUND, self._high) if some else high + AROUND
+        low = np.minimum(low - PADDING, self._low) if some else low - PADDING
+        high = np.maximum(high + PADDING, self._high) if some else high + PADDING
         # Blocks that hold places in the box end within it and one block more.
         close = self._scene.overlapping(low - _EDGE - MARGIN, high + _EDGE + MARGIN)
         self._low, self._high = low, high
@@ -121,7 +121,7 @@ class _Solids:
 class _Blocks:
     """Flags of a scene's cells, _INSIDE and _NEAR, in blocks."""
 
-    def __init__(self, scene: Boxed, free: Sequence[int]) -> None:
+    def __init__(self, scene: BoxedTriangles, free: Sequence[int]) -> None:
         """free: see solids.free_counts."""
         self._scene, self._free = scene, free
         self._numbers: dict[tuple[int, ...], int] = {}
@@ -136,7 +136,7 @@ class _Blocks:
         block = cell >> _BITS
         low = block.min(1).astype(np.int64)
         shape = block.max(1) - low + 1
-        if shape.prod(dtype=float) > SCATTERED:
+        if shape.prod(dtype=float) > MAX_BLOCKS:
             # Takes can leap: half the places, and half again, until none are so far apart.
             middle = (low + block.max(1)) // 2
             axis = int(shape.argmax())
@@ -147,20 +147,20 @@ class _Blocks:
         place = ((block[0] - low[0]) * shape[1] + (block[1] - low[1])) * shape[2] + (block[2] - low[2])
         numbers = np.zeros(int(np.prod(shape)), np.int32)
         for wanted in np.flatnonzero(np.bincount(place, minlength=len(numbers))):
-            numbers[wanted] = self._number(
+            numbers[wanted] = self._block_number(
                 tuple(int(k) for k in np.unravel_index(wanted, shape) + low), surface
             )
         x, y, z = cell & (BLOCK - 1)
         return self._flags.reshape(-1)[(((numbers[place] << _BITS) + x << _BITS) + y << _BITS) + z]
 
-    def _number(self, block: tuple[int, ...], surface: Surface) -> int:
+    def _block_number(self, block: tuple[int, ...], surface: Surface) -> int:
         """Number of a block's flags; they are made where they are not there yet."""
         with self._lock:
             if block not in self._numbers:
-                self._numbers[block] = self._made(np.array(block), surface)
+                self._numbers[block] = self._make_block(np.array(block), surface)
         return self._numbers[block]
 
-    def _made(self, block: np.ndarray, surface: Surface) -> int:
+    def _make_block(self, block: np.ndarray, surface: Surface) -> int:
         """Number of the flags of a block, made."""
         low = block * _EDGE
         if not self._scene.overlapping(low - MARGIN, low + _EDGE + MARGIN).any():

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..motion import Goal
-from ..scene.geometry import SceneGeometry, corners
+from ..scene.geometry import SceneGeometry, extent
 from ..scene.navmesh import navmesh as navigation
 from .take import Take
 
@@ -43,5 +43,5 @@ class SceneView:
             if place is not None:
                 places.append(place[0])
         if self.target is not None:
-            places += corners(self.target)
+            places += extent(self.target)
         return navigation.build(self.geometry.triangles, cover=np.array(places).reshape(-1, 3))

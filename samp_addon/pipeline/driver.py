@@ -15,7 +15,7 @@ from ..methods import registry
 from ..methods.method import Method
 from ..methods.scene_view import SceneView
 from ..methods.take import Failure, Take
-from ..progress import Part, Progress
+from ..progress import Progress, SubProgress
 from ..refine import refinement
 from ..refine.refinement import Surroundings
 from . import steps
@@ -78,7 +78,7 @@ def run(
     seeds = work.job.seeds
     batches = [seeds[begin : begin + AT_ONCE] for begin in range(0, len(seeds), AT_ONCE)]
     for count, batch in enumerate(batches):
-        part = Part(progress, count / len(batches), 1 / len(batches))
+        part = SubProgress(progress, count / len(batches), 1 / len(batches))
         for made, failed in _batch(work, batch, tools, store, part):
             for take in made:
                 takes.append(take)
@@ -103,7 +103,7 @@ def _batch(
         return
     yield [], failures
     for count, take in enumerate(takes):
-        part = Part(progress, count / len(takes), 1 / len(takes))
+        part = SubProgress(progress, count / len(takes), 1 / len(takes))
         yield _remembered(
             store, f"{take.seed}-refined", lambda take=take, part=part: _refined(work, take, tools, part)
         )

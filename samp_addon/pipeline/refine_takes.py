@@ -10,7 +10,7 @@ from ..body import proportions
 from ..body.human import Human
 from ..errors import SampError
 from ..methods.take import Failure, Take
-from ..progress import Part, Progress, show
+from ..progress import Progress, SubProgress, show
 from ..refine.refinement import Refined, Surroundings
 
 STAGE = "Refining"
@@ -23,7 +23,7 @@ def refine_take(
     take: Take, surroundings: Surroundings, body: Human, refine: Refine, progress: Progress
 ) -> tuple[Take, Failure | None]:
     """Return the take refined, or as it was with the reason why it is not. Raise what the progress callback raises."""
-    part = Part(progress, stage=STAGE)
+    part = SubProgress(progress, stage=STAGE)
     part(STAGE, 0.0)
     show(progress, take.motion)
     begun = time.perf_counter()

@@ -19,7 +19,7 @@ from ..methods.scene_view import SceneView
 from ..methods.step import Step
 from ..methods.take import Failure, Take
 from ..motion import Motion
-from ..progress import Part, Progress
+from ..progress import Progress, SubProgress
 from . import attempts
 
 FADE = 12
@@ -38,7 +38,7 @@ def generate(
     done: dict[int, list[Take]] = {seed: [] for seed in seeds}
     failures: list[Failure] = []
     for number, (method, step, scene) in enumerate(steps):
-        part = Part(progress, number / len(steps), 1 / len(steps))
+        part = SubProgress(progress, number / len(steps), 1 / len(steps))
         view = replace(scene, after={seed: takes[-1] for seed, takes in done.items() if takes})
         takes, failed = attempts.generate(method, step, view, list(done), part)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]

@@ -29,7 +29,7 @@ class Field:
         None. free: (N, 3) points, most of them outside of all solids."""
         self.floor = floor
         self.parts = [
-            (signed_distance.of(triangles[give == depth], free, floor), float(depth))
+            (signed_distance.cached_field(triangles[give == depth], free, floor), float(depth))
             for depth in np.unique(give)
         ]
 

@@ -38,7 +38,7 @@ def hover_height(motion: Motion, field: Field, body: Human) -> np.ndarray:
     Sphere tracing: the body can sink by the distance of its nearest skin without hitting anything, then again.
     """
     rows = np.arange(0, len(motion), max(1, round(motion.fps / RATE)))
-    skin = human.skin(body, motion.posed(rows), body.collision).astype(np.float64)
+    skin = human.skin(body, motion.pose_slice(rows), body.collision).astype(np.float64)
     height, sinking = np.zeros(len(rows)), np.arange(len(rows))
     for _ in range(MAX_STEPS):
         points = skin[sinking] - height[sinking, None, None] * [0.0, 1.0, 0.0]

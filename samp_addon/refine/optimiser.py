@@ -17,7 +17,7 @@ from ..body import human
 from ..body.human import Human
 from ..body.joint_limits import limits
 from ..motion import Goal, Motion
-from ..torch_threads import one_thread
+from ..torch_threads import single_thread
 from . import energies
 from .feet.plan import FootPlan
 from .field import Field
@@ -142,7 +142,7 @@ class Optimiser:
         self, stage: int, progress: Callable[[float], None] = lambda share: None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Run stage 0 or 1 and return the changes, see changes(). progress: called with the share done, from 0 to 1."""
-        with one_thread():
+        with single_thread():
             self._descend(stage, progress)
         with torch.no_grad():
             shift, turn = self.changes()
@@ -198,7 +198,7 @@ class Optimiser:
             shift, turn = (c.numpy().astype(np.float64) for c in self.changes())
         rows = self.rows.numpy()
         moved = changed(self.motion, shift, turn)
-        thin = moved.posed(rows)
+        thin = moved.pose_slice(rows)
         skin = human.skin(self.body, thin, self.body.collision)
         if self.near is None:
             self._candidates = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.sampling.near)

@@ -18,7 +18,7 @@ from ..evaluation.obstacles import Obstacles
 from ..motion import Goal, Motion
 from ..progress import Progress
 from ..scene.distance import solids
-from ..scene.geometry import corners
+from ..scene.geometry import extent
 from .feet.foot_lock import lock_to_plans
 from .feet.plan import FootPlan, lowest_ground, plan_feet
 from .field import Field
@@ -173,7 +173,7 @@ def _optimise(
     for number, (first, last) in enumerate(spans):
         part = slice(first, last)
         optimiser = Optimiser(
-            motion.posed(part), body, scene, weights, [plan.cut(part) for plan in feet],
+            motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
         )  # fmt: skip
         report = lambda share, n=number: progress(
@@ -203,16 +203,16 @@ def _require_finite(motion: Motion) -> None:
 
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
     """Return the distances of what the character may touch. Raises SampError where nothing is near."""
-    low, high = corners(motion.root)
+    low, high = extent(motion.root)
     low, high = low - 1.2 - REACH, high + 1.2 + REACH
-    near = solids.near_box(surroundings.triangles, low, high)
+    near = solids.overlapping_box(surroundings.triangles, low, high)
     if not len(near):
         raise SampError(
             "No visible object is within a metre of the character; show the furniture and the floor, or move the take."
         )
     rows = np.linspace(0, len(motion) - 1, min(len(motion), 16)).astype(int)
     few = body.collision[:: max(1, len(body.collision) * len(rows) // OUTSIDE_SAMPLES // 8)]
-    free = human.skin(body, motion.posed(rows), few).reshape(-1, 3).astype(np.float64)
+    free = human.skin(body, motion.pose_slice(rows), few).reshape(-1, 3).astype(np.float64)
     scene = Field(surroundings.triangles, surroundings.give, surroundings.floor, free)
     floor = lowest_ground(motion, scene) if surroundings.floor is None else None
     # Most floors are planes, which have no inside: they are made solid below the lowest stance.

@@ -1,4 +1,4 @@
-"""The ground under a take, inferred from its feet: it is as high as the soles of standing feet. Network frame, metres."""
+"""The ground under a take, inferred from its feet: as high as the soles of standing feet. Network frame, metres."""
 
 from __future__ import annotations
 

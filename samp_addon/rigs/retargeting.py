@@ -214,10 +214,10 @@ def _channels(body: Motion, rig: Rig, fitted: Fit) -> tuple[np.ndarray, np.ndarr
         own = turns[:, k]
         if parent >= 0:
             own = rotation.multiply(rotation.conjugate(turns[:, parent]), own)
-        own = rotation.turned(own, fitted.axes)
+        own = rotation.change_basis(own, fitted.axes)
         if parent < 0:
             own = rotation.multiply(border, own)
-        result[:, k] = rotation.turned(own, rig.bases[link.bone].T)
+        result[:, k] = rotation.change_basis(own, rig.bases[link.bone].T)
     pelvis = fitted.links[0].bone
     head = body.root + rotation.rotate(globals_[:, 0], np.broadcast_to(fitted.pelvis_bone, body.root.shape))
     inverse = np.linalg.inv(rig.world)

@@ -21,7 +21,7 @@ class SAMP_AP_preferences(bpy.types.AddonPreferences):
         column = self.layout.column()
         column.label(text="Python Packages", icon="SCRIPT")
         for package, present, version in found:
-            status = (version or "found") if present else f"missing, needed for {package.serves}"
+            status = (version or "found") if present else f"missing, needed for {package.needed_for}"
             column.label(text=f"{package.distribution}: {status}", icon="CHECKMARK" if present else "ERROR")
         missing = [package for package, present, _ in found if not present]
         for line in advice(missing):

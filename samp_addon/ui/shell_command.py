@@ -18,7 +18,7 @@ def run(arguments: list[str]) -> int:
     try:
         from ..batch import main
     except ImportError as error:
-        print(f"bake: {dependencies.sentence(error) or error}", file=sys.stderr)
+        print(f"bake: {dependencies.explain(error) or error}", file=sys.stderr)
         return 2
     try:
         return main.main(arguments)

@@ -192,9 +192,9 @@ def test_visible_objects_are_read_as_evaluated(arrange):
     name, count, size = arrange()
     bpy.context.view_layer.update()
     scene = read_scene.read_scene(bpy.context)
-    assert set(scene.names) <= {name, "Part"} and len(scene.of([name])) == count
+    assert set(scene.names) <= {name, "Part"} and len(scene.triangles_of([name])) == count
     if size:
-        np.testing.assert_allclose(extent(scene.of([name])), size, atol=1e-5)
+        np.testing.assert_allclose(extent(scene.triangles_of([name])), size, atol=1e-5)
 
 
 def test_mirrored_objects_keep_outward_normals():

@@ -112,7 +112,7 @@ def test_parts_report_progress_to_the_whole():
             self.seen.append(motion)
 
     whole, motion = Whole(), Motion(np.zeros((1, 3)), np.tile([1.0, 0, 0, 0], (1, 22, 1)))
-    stage = progress.Stage(progress.Part(whole, 0.5, 0.5), "Moving")
+    stage = progress.StageProgress(progress.SubProgress(whole, 0.5, 0.5), "Moving")
     stage(0.5)
     progress.show(stage, motion)
     progress.show(lambda share: None, motion)

@@ -22,7 +22,7 @@ def facts(tmp_path_factory) -> dict:
     folder = tmp_path_factory.mktemp("package")
     command = [sys.executable, str(BUILDER), "build", "--source-dir", str(ROOT), "--output-dir", str(folder)]
     subprocess.run(command, check=True, capture_output=True)
-    script = ROOT / "tests" / "support" / "poll_everywhere.py"
+    script = ROOT / "tests" / "support" / "blender" / "poll_everywhere.py"
     done = subprocess.run(
         [sys.executable, str(script), str(next(folder.glob("*.zip"))), str(folder)],
         env=os.environ | {"BLENDER_USER_RESOURCES": str(folder / "blender")},

@@ -33,7 +33,7 @@ def raised(work):
     ],
 )
 def test_sentences(source, told):
-    said = dependencies.sentence(raised(lambda: exec(source)))
+    said = dependencies.explain(raised(lambda: exec(source)))
     assert said is None if told is None else told in said and "Preferences" in said
 
 
@@ -43,7 +43,7 @@ def test_a_package_that_does_not_load(monkeypatch, tmp_path, source):
     (tmp_path / "safetensors" / "__init__.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "safetensors", raising=False)
-    said = dependencies.sentence(raised(lambda: __import__("safetensors")))
+    said = dependencies.explain(raised(lambda: __import__("safetensors")))
     assert "'safetensors' cannot be loaded (" in said and "\n" not in said
 
 

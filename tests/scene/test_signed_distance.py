@@ -54,7 +54,7 @@ MESHES = {
 
 @pytest.mark.parametrize("mesh", MESHES)
 def test_a_box_is_a_box_however_it_is_made(mesh):
-    field = signed_distance.of(MESHES[mesh](box()), FREE)
+    field = signed_distance.cached_field(MESHES[mesh](box()), FREE)
     points, exact = some_points(), box_distance(some_points())
     found, _ = field.at(points)
     clear = np.abs(exact) >= CELL
@@ -66,7 +66,7 @@ def test_a_box_is_a_box_however_it_is_made(mesh):
 
 @pytest.mark.parametrize("turn", [1, -1])
 def test_a_ball_is_exact_to_half_a_cell_with_slopes_pointing_out(turn):
-    field = signed_distance.of(ball()[:, ::turn], FREE)
+    field = signed_distance.cached_field(ball()[:, ::turn], FREE)
     rng = np.random.default_rng(2)
     way = rng.standard_normal((3000, 3))
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
@@ -90,7 +90,7 @@ def test_an_open_box_is_still_solid(name, turn):
     exact = box_distance(points)
     # Behind the hole the distance is to what is left: only the sign is asked for, away from the hole.
     away = np.abs(points[:, axis] - at) > 0.1
-    found, _ = signed_distance.of(mesh, FREE).at(points[away])
+    found, _ = signed_distance.cached_field(mesh, FREE).at(points[away])
     clear = np.abs(exact[away]) >= CELL
     assert ((found < 0) == (exact[away] < 0))[clear].mean() >= 0.99
 
@@ -100,7 +100,7 @@ def test_a_sheet_has_no_inside():
         [[[0, 0.5, 0], [0, 0.5, 1], [1, 0.5, 0]], [[1, 0.5, 1], [1, 0.5, 0], [0, 0.5, 1]]], float
     )
     points = np.random.default_rng(0).uniform([0.2, 0.42, 0.2], [0.8, 0.58, 0.8], (500, 3))
-    found, _ = signed_distance.of(sheet, FREE).at(points)
+    found, _ = signed_distance.cached_field(sheet, FREE).at(points)
     np.testing.assert_allclose(found, np.abs(points[:, 1] - 0.5), atol=CELL / 2)
     assert (found >= 0).all()
 
@@ -108,7 +108,7 @@ def test_a_sheet_has_no_inside():
 def test_a_thin_table_top_pushes_to_its_nearer_side():
     top = box([-0.5, 0.70, -0.5], [0.5, 0.73, 0.5])
     points = np.array([[0.1, 0.707, 0.1], [0.1, 0.723, 0.1]])
-    found, slope = signed_distance.of(top, FREE).at(points)
+    found, slope = signed_distance.cached_field(top, FREE).at(points)
     np.testing.assert_allclose(found, -0.007, atol=CELL / 4)
     assert slope[0, 1] < 0 < slope[1, 1]
 
@@ -117,7 +117,7 @@ def test_inside_of_a_room_modelled_as_a_box_is_free():
     room, stool = box([-2, 0, -2], [2, 2.5, 2]), box([0, 0, 0], [0.5, 0.5, 0.5])
     people = np.random.default_rng(0).uniform([-1.8, 0.1, -1.8], [1.8, 1.8, 1.8], (500, 3))
     for turn in (1, -1):
-        field = signed_distance.of(np.concatenate([room[:, ::turn], stool]), people)
+        field = signed_distance.cached_field(np.concatenate([room[:, ::turn], stool]), people)
         found, _ = field.at(
             np.array([[0.25, 0.3, 0.25], [0.25, 0.7, 0.25], [-1.0, 1.0, -1.0], [0.25, 0.55, 0.25]])
         )
@@ -126,26 +126,26 @@ def test_inside_of_a_room_modelled_as_a_box_is_free():
 
 
 def test_blocks_are_kept_until_the_geometry_changes():
-    first = signed_distance.of(box(), FREE)
+    first = signed_distance.cached_field(box(), FREE)
     first.at(some_points(100))
     before = first.memory
-    assert signed_distance.of(box().copy(), FREE) is first
+    assert signed_distance.cached_field(box().copy(), FREE) is first
     first.at(some_points(100))
     assert first.memory == before
-    assert signed_distance.of(box(high=HIGH + 1e-3), FREE) is not first
+    assert signed_distance.cached_field(box(high=HIGH + 1e-3), FREE) is not first
 
 
 def test_no_triangles_no_inside():
-    distance, slope = signed_distance.of(np.zeros((0, 3, 3)), FREE).at(some_points(10))
+    distance, slope = signed_distance.cached_field(np.zeros((0, 3, 3)), FREE).at(some_points(10))
     np.testing.assert_array_equal(distance, BAND)
     assert not slope.any()
 
 
 def test_orientation_leaves_a_sound_mesh_alone():
-    np.testing.assert_array_equal(orientation.outward(box()), box())
-    np.testing.assert_array_equal(orientation.outward(box()[:, ::-1]), box())
+    np.testing.assert_array_equal(orientation.orient_outward(box()), box())
+    np.testing.assert_array_equal(orientation.orient_outward(box()[:, ::-1]), box())
     sheet = box()[:2]
-    np.testing.assert_array_equal(orientation.outward(sheet), sheet)
+    np.testing.assert_array_equal(orientation.orient_outward(sheet), sheet)
 
 
 @pytest.mark.parametrize("floor", [None, 0.0])
@@ -154,6 +154,6 @@ def test_a_crate_on_the_floor_has_no_way_out_through_the_floor(floor):
     slab = box([-2, -0.2, -2], [2, 0.0, 2])
     mesh = crate if floor is not None else np.concatenate([crate, slab])
     points = np.array([[0.2, 0.03, 0.0], [0.2, -0.03, 0.0], [0.5, -0.05, 0.5]])
-    found, slope = signed_distance.of(mesh, FREE, floor).at(points)
+    found, slope = signed_distance.cached_field(mesh, FREE, floor).at(points)
     np.testing.assert_allclose(found, [-0.1, -0.104, -0.05], atol=0.75 * CELL)
     assert slope[0, 0] > 0.7 and slope[2, 1] > 0.9

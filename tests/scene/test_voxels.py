@@ -138,7 +138,7 @@ def test_scene_geometry_keeps_objects_apart():
     scene = geometry.SceneGeometry.from_objects(
         [("Sofa", layouts.sofa()), ("Nothing", np.zeros((0, 3, 3))), ("Table", layouts.table((4, 0)))]
     )
-    assert len(scene.of(["Sofa"])) == 24 and len(scene.of(["Nothing"])) == 0
+    assert len(scene.triangles_of(["Sofa"])) == 24 and len(scene.triangles_of(["Nothing"])) == 0
     assert len(scene.without(["Sofa"])) == len(layouts.table())
     np.testing.assert_allclose(scene.bounds[1], (4.8, 0.9, 0.45))
     with pytest.raises(SampError, match="no faces"):

@@ -24,7 +24,7 @@ DEEPEST = 0.75  # metres from the lying pelvis to the edge: nobody scoots furthe
 BEHIND_EDGE = (0.03, 0.14)  # metres from the edge back to the pelvis that sits on it
 SEATED = (6, 20)  # frames on the edge before the swing
 SWING = (26, 44)  # frames of the swing
-MOST_PLACES = 8  # tried for one motion
+MAX_PLACES = 8  # tried for one motion
 PACES = (1.0, 1.6)
 MOST_LIFT = 0.15
 STRIP = 0.22  # metres to either side of the seat on the edge that must be free
@@ -126,7 +126,7 @@ class LieComposer:
     def _places_of_one_height(self) -> list[tuple[Furnishing, Edge]]:
         """A random place, and others within two centimetres of its height."""
         first = self.rng.integers(len(self.places))
-        return [self.places[k] for k in of_one_height(self.mattresses, first, MOST_PLACES, self.rng)]
+        return [self.places[k] for k in of_one_height(self.mattresses, first, MAX_PLACES, self.rng)]
 
     def _free_place(
         self, places: list[tuple[Furnishing, Edge]], clip: Clip, frames: dict[str, int]

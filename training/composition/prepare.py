@@ -49,9 +49,9 @@ def furnishings(
     for mesh in triangles:
         grid = InteractionGrid.build(mesh, yaw=0.0)
         surface, _ = geometry.sample_surface(mesh, 4000, seed=0)
-        places = seats.map_of(mesh, floor_height=0.0)
+        places = seats.support_map(mesh, floor_height=0.0)
         for pieces, action in ((chairs, "sit"), (beds, "lie")):
-            goals = [seat.goal for seat in seats.seats_on(places, action, PLACES)]
+            goals = [seat.goal for seat in seats.seats_on_map(places, action, PLACES)]
             pieces.append(Furnishing(len(pieces), surface, goals))
         centres.append(grid.centres)
         occupancy.append(grid.occupancy)

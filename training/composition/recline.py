@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.body import human
 from ...samp_addon.easing import smoothstep
-from ...samp_addon.frames import wrapped
+from ...samp_addon.frames import wrap_angle
 from ...samp_addon.motion import Motion
 from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ..mocap.clip_files import Clip
@@ -123,7 +123,7 @@ def swing(
     legs, body = smoothstep(t / LEGS_UNTIL), smoothstep((t - TURN_FROM) / (1 - TURN_FROM))
     a, b = before.rotations[-1], after.rotations[0]
     yaw_a = headings(before.root[-1:], before.rotations[-1:])[0]
-    turn = wrapped(headings(after.root[:1], after.rotations[:1])[0] - yaw_a)
+    turn = wrap_angle(headings(after.root[:1], after.rotations[:1])[0] - yaw_a)
     # The heading goes the short way round; what is left of the pelvis' rotation is blended on its own.
     level_a = rotation.multiply(rotation.about_y(-yaw_a), a[0])
     level_b = rotation.multiply(rotation.about_y(-yaw_a - turn), b[0])

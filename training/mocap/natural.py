@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import binary_dilation, uniform_filter1d
 
-from ...samp_addon.frames import wrapped
+from ...samp_addon.frames import wrap_angle
 from .clip_files import FPS, Clip
 from .events import headings, label_runs, uprightness
 from .posture import UPRIGHT
@@ -38,7 +38,7 @@ def astray_marked(clip: Clip) -> Clip:
     """The clip with its steps backwards and sideways, and all that is neither walking nor standing, marked bad."""
     velocity = np.gradient(uniform_filter1d(clip.root[:, [0, 2]], 9, axis=0, mode="nearest"), 1 / FPS, axis=0)
     off = np.arctan2(velocity[:, 0], velocity[:, 1]) - headings(clip.root, clip.rotations)
-    off = np.abs(wrapped(off))
+    off = np.abs(wrap_angle(off))
     astray = (off > ASTRAY) & (np.linalg.norm(velocity, axis=-1) > MOVING)
     bad = clip.bad | (clip.labels == "other")
     for name, start, stop in label_runs(astray):

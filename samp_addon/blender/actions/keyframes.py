@@ -12,7 +12,7 @@ from ...body import proportions
 from ...body.hands import complete
 from ...errors import SampError
 from ...motion import Motion
-from ...rotation import turned
+from ...rotation import change_basis
 from .. import compat
 from ..character.armature import Calibration, calibrate, find
 from . import channels, notes
@@ -138,9 +138,9 @@ def pelvis_locations(calibration: Calibration, root: np.ndarray) -> np.ndarray:
 
 def bone_rotations(calibration: Calibration, rotations: np.ndarray) -> np.ndarray:
     """Convert SMPL-X local rotations (T, 55, 4), network frame, to each bone's own quaternions (T, 55, 4)."""
-    own = turned(rotations, calibration.axes)
+    own = change_basis(rotations, calibration.axes)
     own[:, 0] = rotation.multiply(_root_turn(calibration), own[:, 0])
-    return turned(own, np.swapaxes(calibration.bases, 1, 2))
+    return change_basis(own, np.swapaxes(calibration.bases, 1, 2))
 
 
 def _root_turn(calibration: Calibration) -> np.ndarray:
@@ -190,12 +190,12 @@ def read_motion(
         raise SampError(f"Frame range {start} to {end} is empty; set the end after the start.")
     reader = Reader(armature, action, np.arange(start, end + 1))
     location, quaternions = reader.pelvis_and_rotations(calibration)
-    own = turned(quaternions, calibration.bases)
+    own = change_basis(quaternions, calibration.bases)
     own[:, 0] = rotation.multiply(rotation.conjugate(_root_turn(calibration)), own[:, 0])
     position = location @ calibration.world[:3, :3].T + calibration.world[:3, 3]
     return Motion(
         root=frames.to_network(position),
-        rotations=rotation.continuous(turned(own, calibration.axes.T)),
+        rotations=rotation.continuous(change_basis(own, calibration.axes.T)),
         fps=frames_per_second(scene),
         rest_joints=calibration.rest_joints,
         **notes.read_motion(action, start, end),
@@ -237,11 +237,11 @@ class Reader:
                 result[:, j] = self.quaternions(bone)
         base = calibration.bases[0]
         position = calibration.pelvis_head + self.values(calibration.bones[0], "location", 3) @ base.T
-        whole = turned(result[:, 0], base)
+        whole = change_basis(result[:, 0], base)
         for head, turn, shift in self.ancestors(calibration):
             position = rotation.rotate(turn, position - head) + head + shift
             whole = rotation.multiply(turn, whole)
-        result[:, 0] = turned(whole, base.T)
+        result[:, 0] = change_basis(whole, base.T)
         return position, result
 
     def ancestors(self, calibration: Calibration) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -252,7 +252,7 @@ class Reader:
         result = []
         for bone in calibration.ancestors:
             rest = np.array(self.pose[bone].bone.matrix_local, dtype=np.float64)
-            turn = turned(self.quaternions(bone), rest[:3, :3])
+            turn = change_basis(self.quaternions(bone), rest[:3, :3])
             result.append((rest[:3, 3], turn, self.values(bone, "location", 3) @ rest[:3, :3].T))
         return result
 

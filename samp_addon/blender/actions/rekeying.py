@@ -125,12 +125,12 @@ def _bone_values(
     base = calibration.bases[0]
     inverse = np.linalg.inv(calibration.world)
     position = frames.to_blender(motion.root) @ inverse[:3, :3].T + inverse[:3, 3]
-    whole = keyframes.turned(quaternions[:, 0], base)
+    whole = rotation.change_basis(quaternions[:, 0], base)
     for head, turn, shift in reversed(reader.ancestors(calibration)):
         back = rotation.conjugate(turn)
         position = rotation.rotate(back, position - head - shift) + head
         whole = rotation.multiply(back, whole)
-    quaternions[:, 0] = keyframes.turned(whole, base.T)
+    quaternions[:, 0] = rotation.change_basis(whole, base.T)
     return (position - calibration.pelvis_head) @ base, quaternions
 
 

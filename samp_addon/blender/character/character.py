@@ -68,7 +68,7 @@ def body_of(armature: bpy.types.Object) -> Human:
     joints = calibrate(armature).rest_joints
     shapes = armature.get(SHAPES)
     body = human.load() if shapes is None else human.load().shaped(shapes.to_dict())
-    return body.fitted(joints)
+    return body.with_joints(joints)
 
 
 def has_surface(context: bpy.types.Context, armature: bpy.types.Object) -> bool:

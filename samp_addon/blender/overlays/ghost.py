@@ -49,7 +49,7 @@ class Ghost:
 
     def skin(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the body's vertices (V, 3) in a frame, in Blender's world, and their colours (V, 4)."""
-        pose = self._motion.posed(slice(frame, frame + 1))
+        pose = self._motion.pose_slice(slice(frame, frame + 1))
         points = frames.to_blender(human.skin(self.body, pose)[0]).astype(np.float32)
         corners = points[self._triangles]
         faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -91,13 +91,13 @@ def read_goals(context: bpy.types.Context, target: Target, action: str | None = 
     found = [arrow for arrow in visible if arrow.select_get()] or found
     if not found:
         return []
-    support = seats.map_of(target.triangles)
+    support = seats.support_map(target.triangles)
     return [_snap(support, arrow) for arrow in found]
 
 
 def _snap(support: SupportMap, arrow: bpy.types.Object) -> Goal:
     goal = read_arrow(arrow)
-    snapped = seats.snap_on(support, goal, REACH)
+    snapped = seats.snap_to_map(support, goal, REACH)
     if snapped is None:
         raise SampError(
             f"There is no place to {goal.action} at the arrow '{arrow.name}'; move, turn or delete the arrow."

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from ...atomic_file import whole
+from ...atomic_file import atomic_write
 from ...errors import SampError
 from .. import compat
 
@@ -87,7 +87,7 @@ def open_file() -> Path | None:
 def save_copy(path: Path) -> None:
     """Write the open file as a .blend. Raise SampError where it cannot be written."""
     try:
-        with whole(path) as part:
+        with atomic_write(path) as part:
             bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
     except (RuntimeError, OSError) as error:
         reason = str(error).strip().removeprefix("Error: ").rstrip(".")

@@ -80,13 +80,13 @@ def draw_goals(
         raise SampError(f"There is no place to {action} on this object; {_advice(action)}.")
     # Samples meet the criterion of the training labels: not much worse than the object's best place.
     best = found[0].score
-    least, enough = seats.WORTH[action] * best, GOOD * best
+    least, enough = seats.MIN_SCORE_SHARE[action] * best, GOOD * best
     goals: list[Goal] = []
     rejected = 0
     for sample in _network_samples(grid, action, count, seed):
         if len(goals) == count:
             break
-        snapped = seats.snap_on(support, sample, MOST_SHIFT, least, enough)
+        snapped = seats.snap_to_map(support, sample, MOST_SHIFT, least, enough)
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)
@@ -117,8 +117,8 @@ def _piece(
     )
     key = digest(triangles), digest(obstacles), action, floor_height
     if key not in _pieces:
-        support = seats.map_of(triangles, floor_height, obstacles)
-        found = seats.seats_on(support, action, seats.MANY)
+        support = seats.support_map(triangles, floor_height, obstacles)
+        found = seats.seats_on_map(support, action, seats.MANY_SEATS)
         # The front is that of the object alone, whatever stands around it.
         grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles)) if found else None
         _pieces[key] = _Piece(support, found, grid)

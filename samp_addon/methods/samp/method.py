@@ -58,7 +58,7 @@ class Samp:
     ) -> tuple[list[Take], list[Failure]]:
         """Return a take for each draw, rolled out as one batch, and the failures; see Method.generate."""
         from ...clock import Clock
-        from ...progress import Stage
+        from ...progress import StageProgress
         from ..take import Failure
         from .planning import Planner
 
@@ -77,7 +77,7 @@ class Samp:
             except SampError as error:
                 reasons[draw.seed] = str(error)
         with clock.stage("rollout"):
-            motions = networks.generate(list(requests.values()), Stage(progress, "Moving"))
+            motions = networks.generate(list(requests.values()), StageProgress(progress, "Moving"))
         takes = []
         for (seed, request), motion in zip(requests.items(), motions, strict=True):
             if isinstance(motion, SampError):

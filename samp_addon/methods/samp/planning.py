@@ -14,7 +14,7 @@ from ...errors import SampError
 from ...frames import yaw_direction
 from ...motion import SEATED, Goal, Motion
 from ...scene.distance import solids
-from ...scene.geometry import corners
+from ...scene.geometry import extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
 from ...scene.seats.seats import infer_front_yaw
@@ -123,8 +123,8 @@ class Planner:
     def _surroundings(self) -> np.ndarray:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.scene.target, self.scene.geometry.without(self.scene.parts)
-        low, high = corners(target)
-        return solids.near_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
+        low, high = extent(target)
+        return solids.overlapping_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """Return a place on the floor; its direction is zero where none is asked for."""
@@ -139,7 +139,7 @@ class Planner:
 
     def _in_front(self, triangles: np.ndarray) -> Goal:
         """Return a place to stand in front of an object, facing it."""
-        low, high = corners(triangles)
+        low, high = extent(triangles)
         middle = (low + high) / 2
         out = yaw_direction(self._front)
         reach = float(np.abs(out) @ (high - low)) / 2 + STAND_OFF

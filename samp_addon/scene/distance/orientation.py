@@ -1,7 +1,8 @@
-"""Faces turned outwards: artists' meshes are flipped, half flipped, nested and open, and solids need an outside.
+"""Consistent outward orientation of faces, for artists' meshes that are flipped, partly flipped, nested or open.
 
-Triangles that share an edge are one patch and are made to agree; a closed patch is turned so that its volume is
-positive, an open one keeps what most of its area says unless it bulges the other way. Network frame, metres.
+Triangles that share an edge form a patch and are oriented alike. A closed patch is oriented so that its volume is
+positive; an open one keeps the orientation of most of its area unless it clearly bulges the other way. Network frame,
+metres.
 """
 
 from __future__ import annotations
@@ -13,17 +14,17 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from ..geometry import area_vectors
 
 WELD = 1e-5
-"""Metres. Corners closer than this are one vertex."""
+"""Metres. Corners closer than this are merged to one vertex."""
 
-MIXERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+HASH_FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
 BULGE = 0.02
-"""Volume about its own middle over area to the power of 1.5 from which an open patch has a clear outside: a half
-sphere has 0.07, a cube without a side 0.07."""
+"""Least ratio of the volume about the centroid to area^1.5 for an open patch to have a clear outside: 0.07 for a half
+sphere and for a cube without a side."""
 
 
-def outward(triangles: np.ndarray) -> np.ndarray:
-    """The triangles (F, 3, 3), those turned that face inwards."""
+def orient_outward(triangles: np.ndarray) -> np.ndarray:
+    """Return triangles (F, 3, 3) of which those that face inwards are flipped."""
     if len(triangles) == 0:
         return triangles
     corners = _welded(triangles)
@@ -38,21 +39,24 @@ def outward(triangles: np.ndarray) -> np.ndarray:
 
 
 def _welded(triangles: np.ndarray) -> np.ndarray:
-    """Vertex numbers (F, 3), the same for corners that coincide."""
+    """Return vertex indices (F, 3), equal for corners that coincide."""
     cells = np.round(triangles.reshape(-1, 3) / WELD).astype(np.int64).astype(np.uint64)
-    # One number for each cell sorts ten times as fast as three; two cells of a scene share one in a billion scenes.
-    keys = (cells * MIXERS).sum(1, dtype=np.uint64)
-    _, number = np.unique(keys, return_inverse=True)
-    return number.reshape(-1, 3)
+    # One hash per cell sorts ten times as fast as three numbers; a collision occurs in one of a billion scenes.
+    keys = (cells * HASH_FACTORS).sum(1, dtype=np.uint64)
+    _, index = np.unique(keys, return_inverse=True)
+    return index.reshape(-1, 3)
 
 
 def _neighbours(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs (N, 2) of triangles that share an edge no third one has, whether each pair's directions agree (N,), and
-    how many of each triangle's edges have such a neighbour (F,)."""
+    """Find the triangles that share an edge with exactly one other.
+
+    Return pairs (N, 2) of triangles, whether the orientations of each pair agree (N,), and the number of such edges of
+    each triangle (F,).
+    """
     start, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
     owner = np.repeat(np.arange(len(corners)), 3)
-    sound = start != end
-    start, end, owner = start[sound], end[sound], owner[sound]
+    proper = start != end
+    start, end, owner = start[proper], end[proper], owner[proper]
     low, high = np.minimum(start, end), np.maximum(start, end)
     key = low * (int(corners.max()) + 1) + high
     order = np.argsort(key, kind="stable")
@@ -69,7 +73,7 @@ def _neighbours(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def _parity(
     graph: coo_matrix, pairs: np.ndarray, agree: np.ndarray, patches: int, patch: np.ndarray
 ) -> np.ndarray:
-    """Which triangles (F,) have to be turned so that those of a patch agree with its first."""
+    """Flag the triangles (F,) to flip so that all of a patch agree with its first."""
     flip = np.zeros(len(patch), bool)
     mixed = np.unique(patch[pairs[~agree, 0]])
     if len(mixed) == 0:
@@ -80,10 +84,10 @@ def _parity(
     signs = coo_matrix((sign, both.T), shape=(count, count)).tocsr()
     firsts = np.full(patches, count)
     np.minimum.at(firsts, patch, np.arange(count))
-    for number in mixed:
-        order, before = breadth_first_order(graph, firsts[number], directed=False)
-        turn = np.asarray(signs[before[order[1:]], order[1:]]).ravel()
-        for triangle, parent, sign_ in zip(order[1:], before[order[1:]], turn, strict=True):
+    for label in mixed:
+        order, predecessor = breadth_first_order(graph, firsts[label], directed=False)
+        sign_along = np.asarray(signs[predecessor[order[1:]], order[1:]]).ravel()
+        for triangle, parent, sign_ in zip(order[1:], predecessor[order[1:]], sign_along, strict=True):
             flip[triangle] = flip[parent] ^ (sign_ < 0)
     return flip
 
@@ -96,7 +100,7 @@ def _inside_out(
     patches: int,
     shared: np.ndarray,
 ) -> np.ndarray:
-    """Which patches (P,) face inwards. area: (F, 3) area vectors of the agreeing triangles."""
+    """Flag the patches (P,) that face inwards. area: (F, 3) area vectors of the consistently oriented triangles."""
     size = np.linalg.norm(area, axis=-1)
     whole = np.bincount(patch, size, patches)
     middle = triangles.mean(1)

@@ -1,10 +1,9 @@
-"""Signed distance of an artist's scene: metres to the nearest surface, negative inside of things.
+"""Signed distance of an artist's scene: metres to the nearest surface, negative inside solids.
 
-The sign is that of the winding number, estimated from signed crossings along the six directions of the axes
-(solids.py), on faces turned outwards first. Distances are exact at the corners of cells and linear
-between them; faces inside of the union of all solids, as where a crate stands on the floor, count for nothing.
-Only blocks of cells that somebody asks about are made, and a scene's blocks are kept for the next
-asking. Network frame.
+The sign is that of the winding number, estimated from signed crossings along the six axis directions (solids.py) after
+faces are oriented outwards (orientation.py). Distances are exact at the corners of cells and linear in between; faces
+inside the union of all solids, as where a crate stands on the floor, are ignored. Blocks of cells are computed when
+first queried, and a scene's blocks are cached. Network frame.
 """
 
 from __future__ import annotations
@@ -15,65 +14,65 @@ from collections import OrderedDict
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from ..geometry import MINIMUM_AREA, areas, corners
-from .orientation import outward
-from .solids import Boxed, Surface, free_counts, solid_cells
+from ..geometry import MINIMUM_AREA, areas, extent
+from .orientation import orient_outward
+from .solids import BoxedTriangles, Surface, free_counts, solid_cells
 
 CELL = 0.02
 BLOCK = 8
-"""Cells along a block's edge: 16 cm."""
+"""Cells along the edge of a block: 16 cm."""
 
 BAND = 0.12
-"""Metres beyond which places outside of things are only known to be farther."""
+"""Metres. Distances outside of solids are clipped to this."""
 
 TILE = 8
-"""Blocks along the edge of a tile, whose cells are told inside from outside together."""
+"""Blocks along the edge of a tile, whose cells are classified as inside or outside together."""
 
 PAD = 12
-"""Cells around a tile in which a way out of its solids is looked for."""
+"""Cells around a tile that are considered when the nearest outside cell is searched."""
 
-KEPT = 4
-"""Scenes whose distances are kept."""
+CACHED = 4
+"""Number of scenes in the cache."""
 
-_kept: OrderedDict[tuple, SignedDistance] = OrderedDict()
+_cache: OrderedDict[tuple, SignedDistance] = OrderedDict()
 
 
-def of(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> SignedDistance:
-    """The distances of triangles (F, 3, 3), those already made where these were asked about before.
+def cached_field(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> SignedDistance:
+    """Return the distance field of triangles (F, 3, 3), from the cache for triangles that were queried before.
 
-    free: (N, 3) places most of which are outside of all solids, see solids.free_counts. floor: height under which
-    all is solid, or None.
+    free: (N, 3) points most of which are outside all solids, see solids.free_counts. floor: height below which
+    everything is solid, or None.
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.float64)
     digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
-    turned = next((kept.triangles for key, kept in _kept.items() if key[0] == digest), None)
-    if turned is None:
-        turned = outward(triangles)
-    outside = tuple(free_counts(Boxed.of(turned), free)) if len(turned) else ()
+    oriented = next((field.triangles for key, field in _cache.items() if key[0] == digest), None)
+    if oriented is None:
+        oriented = orient_outward(triangles)
+    outside = tuple(free_counts(BoxedTriangles.of(oriented), free)) if len(oriented) else ()
     key = digest, outside, floor
-    if key not in _kept:
-        _kept[key] = SignedDistance(turned, outside, floor)
-    _kept.move_to_end(key)
-    while len(_kept) > KEPT:
-        _kept.popitem(last=False)
-    return _kept[key]
+    if key not in _cache:
+        _cache[key] = SignedDistance(oriented, outside, floor)
+    _cache.move_to_end(key)
+    while len(_cache) > CACHED:
+        _cache.popitem(last=False)
+    return _cache[key]
 
 
 class SignedDistance:
-    """Blocks of (BLOCK + 1)^3 corner values, made as they are asked about."""
+    """A distance field in blocks of (BLOCK + 1)^3 corner values, computed when first queried."""
 
     def __init__(self, triangles: np.ndarray, outside: tuple[int, ...], floor: float | None = None) -> None:
-        """triangles: (F, 3, 3) facing outwards. outside: as solids.free_counts gives it. floor: see of."""
+        """triangles: (F, 3, 3) facing outwards. outside: result of solids.free_counts. floor: see cached_field."""
         self.triangles, self._outside, self._floor = triangles, list(outside), floor
         self._empty = len(triangles) == 0 or float(areas(triangles).sum()) < MINIMUM_AREA
         if self._empty:
             return
-        self._scene = Boxed.of(triangles)
-        low, high = corners(triangles)
+        self._scene = BoxedTriangles.of(triangles)
+        low, high = extent(triangles)
         low, high = low - 2 * BAND, high + 2 * BAND
         self._low = np.floor(low / (CELL * BLOCK)) * (CELL * BLOCK)
         self._shape = np.ceil((high - self._low) / (CELL * BLOCK)).astype(int) + 1
-        self._number = np.zeros(self._shape, np.int32)  # of a block's values; 0: not made
+        self._number = np.zeros(self._shape, np.int32)  # index of each block's values; 0: not computed
         self._values = np.full((1, *[BLOCK + 1] * 3), BAND, np.float32)
         self._surface = Surface(triangles)
 
@@ -83,7 +82,7 @@ class SignedDistance:
         return 0 if self._empty else self._values.nbytes + self._number.nbytes
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances (N,) in metres, at most BAND, and the directions (N, 3) in which they grow, of points (N, 3)."""
+        """Return distances (N,) of points (N, 3) in metres, at most BAND, and their gradients (N, 3)."""
         points = np.asarray(points, dtype=np.float64)
         distance, slope = np.full(len(points), BAND), np.zeros((len(points), 3))
         if self._empty or len(points) == 0:
@@ -102,7 +101,7 @@ class SignedDistance:
         return distance, slope
 
     def _make(self, blocks: np.ndarray) -> None:
-        """Makes those of the blocks (N, 3) that are not made yet, tile by tile."""
+        """Compute those of the blocks (N, 3) that are missing, tile by tile."""
         flat = np.unique(np.ravel_multi_index(tuple(blocks.T), self._shape))
         flat = flat[self._number.reshape(-1)[flat] == 0]
         if len(flat) == 0:
@@ -119,7 +118,7 @@ class SignedDistance:
         self._values = np.concatenate([self._values, *made])
 
     def _tile(self, blocks: np.ndarray) -> np.ndarray:
-        """Values (N, 9, 9, 9) of blocks (N, 3) of one tile."""
+        """Compute values (N, 9, 9, 9) of blocks (N, 3) of one tile."""
         steps = np.stack(np.meshgrid(*[np.arange(BLOCK + 1)] * 3, indexing="ij"), -1)
         corner = (blocks.min(0) * BLOCK) * CELL + self._low
         local = ((blocks - blocks.min(0)) * BLOCK)[:, None, None, None] + steps
@@ -135,11 +134,11 @@ class SignedDistance:
         if self._floor is not None:
             distance = np.minimum(distance, np.abs(points[:, 1] - self._floor))
         if inside.any() and not solid.all():
-            distance[inside] = _seen_from_outside(solid, (local + PAD)[inside], distance[inside])
+            distance[inside] = _without_hidden_faces(solid, (local + PAD)[inside], distance[inside])
         return np.where(inside, -distance, distance).reshape(len(blocks), *[BLOCK + 1] * 3).astype(np.float32)
 
     def _solid(self, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
-        """Which corners (X, Y, Z) from low (3,) on are inside of something, or under the floor."""
+        """Flag the cell corners (X, Y, Z), starting at low (3,), that are inside a solid or below the floor."""
         solid = solid_cells(self._scene, low - CELL / 2, shape, self._outside, CELL)
         if self._floor is not None:
             under = low[1] + np.arange(shape[1]) * CELL < self._floor - CELL / 1000
@@ -147,8 +146,8 @@ class SignedDistance:
         return solid
 
 
-def _seen_from_outside(solid: np.ndarray, at: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """Distances (N,) of solid corners at (N, 3) to the surface of all solids together; those of hidden faces mended."""
+def _without_hidden_faces(solid: np.ndarray, at: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Replace distances (N,) of solid cell corners (N, 3) that refer to faces inside the union of all solids."""
     low, high = np.maximum(at.min(0) - PAD, 0), at.max(0) + PAD + 1
     part = solid[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
     if part.all():
@@ -160,7 +159,10 @@ def _seen_from_outside(solid: np.ndarray, at: np.ndarray, distance: np.ndarray) 
 def _trilinear(
     values: np.ndarray, number: np.ndarray, cell: np.ndarray, share: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values (N,) and slopes (N, 3), per metre, inside cells (N, 3) of blocks (N,) at shares (N, 3) from 0 to 1."""
+    """Interpolate values (N,) and gradients (N, 3), per metre, in cells (N, 3) of blocks (N,).
+
+    share: (N, 3) position inside the cell, from 0 to 1.
+    """
     side = BLOCK + 1
     base = ((number * side + cell[:, 0]) * side + cell[:, 1]) * side + cell[:, 2]
     flat = values.reshape(-1)

@@ -1,8 +1,8 @@
-"""What is solid in a scene, and how far places are from its surface. Network frame, metres.
+"""Solid cells of a scene, and exact distances to its surface. Network frame, metres.
 
-The sign comes from the winding number as seen along the six directions of the axes: how many more surfaces
-are left than entered on the way out. Artists' meshes are open (sofas without a bottom, seats of one sheet),
-so a place counts as inside where more than half of the six ways out say so. The distance is exact.
+Inside and outside follow from the winding number along the six axis directions: the number of surfaces left minus the
+number entered by a ray to infinity. Artists' meshes are open (sofas without a bottom, seats of one sheet), so a point
+counts as inside where more than half of the six rays agree.
 """
 
 from __future__ import annotations
@@ -14,95 +14,100 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..geometry import area_vectors, closest_points, corners, spread_over_surface
+from ..geometry import area_vectors, closest_points, extent, spread_over_surface
 
 PITCH = 0.02
-"""Metres. A point 2 cm deep always lies in a cell whose middle is inside too."""
+"""Metres. A point 2 cm deep always lies in a cell whose centre is inside as well."""
 
 MARGIN = 0.1
-_WAYS = 6
+_DIRECTIONS = 6
 _SPACING = 0.02
 """Metres between the surface samples that find the closest triangles."""
 
 _NUDGE = np.array([1.7e-4, 2.9e-4])
-"""Cells by which rays pass beside the cells' middles, so that none runs along an edge."""
+"""Cells. Rays are offset from the cell centres by this, so that none runs along an edge."""
 
 
 @dataclass(frozen=True)
-class Boxed:
-    """Triangles (F, 3, 3) with their bounding boxes, low and high (3, F): asked for parts of them many times."""
+class BoxedTriangles:
+    """Triangles (F, 3, 3) with their bounding boxes, low and high (3, F), for repeated box queries."""
 
     triangles: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
     @classmethod
-    def of(cls, triangles: np.ndarray) -> Boxed:
-        """Measures the boxes."""
+    def of(cls, triangles: np.ndarray) -> BoxedTriangles:
+        """Compute the bounding boxes of triangles (F, 3, 3)."""
         corners = [np.ascontiguousarray(triangles[:, k].T) for k in range(3)]
         return cls(triangles, np.minimum.reduce(corners), np.maximum.reduce(corners))
 
     def overlapping(self, low: np.ndarray, high: np.ndarray, axes: Sequence[int] = (0, 1, 2)) -> np.ndarray:
-        """Flags (F,) of the triangles whose boxes come into the box from low (3,) to high (3,) along axes."""
+        """Flag the triangles (F,) whose boxes overlap the box from low (3,) to high (3,) along the given axes."""
         flags = np.ones(len(self.triangles), bool)
         for k in axes:
             flags &= (self.high[k] >= low[k]) & (self.low[k] <= high[k])
         return flags
 
 
-def _counts(scene: Boxed, low: np.ndarray, shape: np.ndarray, pitch: float = PITCH) -> Iterator[np.ndarray]:
-    """For each of the six ways how many more surfaces are left than entered from each cell: (X, Y, Z)."""
+def _counts(
+    scene: BoxedTriangles, low: np.ndarray, shape: np.ndarray, pitch: float = PITCH
+) -> Iterator[np.ndarray]:
+    """Yield, for each of the six directions, surfaces left minus surfaces entered from each cell: (X, Y, Z)."""
     for axis in range(3):
         crossings = _crossings(scene, low, shape, axis, pitch)
         onwards = np.flip(np.cumsum(np.flip(crossings, axis), axis, dtype=np.int16), axis)
-        ahead = np.delete(onwards, 0, axis)  # those beyond a cell
+        ahead = np.delete(onwards, 0, axis)  # crossings beyond each cell
         yield ahead
-        yield ahead - np.take(onwards, [0], axis)  # minus those before it
+        yield ahead - np.take(onwards, [0], axis)  # minus the crossings before it
 
 
 def _grid_over(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Corner (3,) and shape (3,) of a grid of cells that holds points (N, 3)."""
-    low, high = corners(points)
+    """Return lowest corner (3,) and shape (3,) of a grid of cells that contains points (N, 3)."""
+    low, high = extent(points)
     low -= MARGIN
     return low, np.ceil((high + MARGIN - low) / PITCH).astype(int)
 
 
-def free_counts(scene: Boxed, free: np.ndarray) -> list[int]:
-    """What each of the six ways counts at places (N, 3) most of which are outside of all solids.
+def free_counts(scene: BoxedTriangles, free: np.ndarray) -> list[int]:
+    """Return the median count of each of the six directions at points (N, 3), most of which are outside all solids.
 
-    What stands between them and the sky (walls of one sheet, a room modelled as a box) is no solid.
+    These counts define outside: surfaces between such points and infinity (single-sheet walls, a room modelled as a
+    box) do not make the room solid.
     """
     low, shape = _grid_over(free)
-    places = tuple(np.floor((free - low) / PITCH).astype(int).T)
-    return [int(np.median(way[places])) for way in _counts(scene, low, shape)]
+    cells = tuple(np.floor((free - low) / PITCH).astype(int).T)
+    return [int(np.median(counts[cells])) for counts in _counts(scene, low, shape)]
 
 
 def solid_cells(
-    scene: Boxed, low: np.ndarray, shape: np.ndarray, free: Sequence[int], pitch: float = PITCH
+    scene: BoxedTriangles, low: np.ndarray, shape: np.ndarray, free: Sequence[int], pitch: float = PITCH
 ) -> np.ndarray:
-    """Which cells of a box lie inside the scene: flags (X, Y, Z), ``pitch`` metres apart, from the corner low (3,).
+    """Flag the cells (X, Y, Z) inside the scene, of a grid with lowest corner low (3,) and cells of ``pitch`` metres.
 
-    free: see free_counts.
+    free: result of free_counts.
     """
     votes = np.zeros(shape, np.int8)
-    for way, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
-        votes += way > outside
-    return votes > _WAYS // 2
+    for counts, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
+        votes += counts > outside
+    return votes > _DIRECTIONS // 2
 
 
-def _crossings(scene: Boxed, low: np.ndarray, shape: np.ndarray, axis: int, pitch: float) -> np.ndarray:
-    """Surfaces that lines through the cells' middles cross along one axis: +1 where a line leaves a solid.
+def _crossings(
+    scene: BoxedTriangles, low: np.ndarray, shape: np.ndarray, axis: int, pitch: float
+) -> np.ndarray:
+    """Count the surfaces that lines through the cell centres cross along one axis: +1 where a line leaves a solid.
 
-    Shape (X, Y, Z) with one more along the axis: entry k counts the crossings between middles k - 1 and k.
+    Shape (X, Y, Z) with one more along the axis: entry k counts the crossings between centres k - 1 and k.
     """
     u, v = (axis + 1) % 3, (axis + 2) % 3
     met = np.flatnonzero(scene.overlapping(low, low + shape * pitch, (u, v)))
     triangles = scene.triangles[met]
     lowest, highest = ((box[[u, v]][:, met].T - low[[u, v]]) / pitch - 0.5 for box in (scene.low, scene.high))
-    flat = (triangles[:, :, [u, v]] - low[[u, v]]) / pitch - 0.5  # cell middles at whole numbers
+    flat = (triangles[:, :, [u, v]] - low[[u, v]]) / pitch - 0.5  # cell centres at integers
     first = np.maximum(
         np.ceil(lowest - _NUDGE).astype(np.int64), 0
-    )  # the middles are nudged into the triangle
+    )  # the centres are nudged into the triangle
     last = np.minimum(np.floor(highest).astype(np.int64), shape[[u, v]] - 1)
     span = np.maximum(last - first + 1, 0)
     count = span[:, 0] * span[:, 1]
@@ -135,15 +140,16 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _edge(start: np.ndarray, end: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """On which side of an edge a cell's middle lies. The middles are nudged: no edge may run through one."""
+    """Return the side of an edge on which a cell centre lies; centres are nudged so that no edge runs through one."""
     nudged = at + _NUDGE
     return _cross(end - start, nudged - start)
 
 
 class Surface:
-    """Exact distances to triangles (F, 3, 3)."""
+    """A surface for exact distance queries."""
 
     def __init__(self, triangles: np.ndarray) -> None:
+        """triangles: (F, 3, 3)."""
         area = np.linalg.norm(area_vectors(triangles), axis=-1)
         count = int(np.clip(area.sum() / _SPACING**2, 1000, 2_000_000))
         self._samples, self._owners = spread_over_surface(triangles, count, area)
@@ -154,12 +160,15 @@ class Surface:
     def nearest(
         self, points: np.ndarray, neighbours: int = 4, reach: float = np.inf
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Distances (N,) of points (N, 3) in metres, infinite beyond reach, and the closest places (N, 3)."""
+        """Return distances (N,) of points (N, 3) in metres and the closest surface points (N, 3).
+
+        Distances beyond ``reach`` are infinite. neighbours: surface samples per point whose triangles are tested.
+        """
         near, index = self._tree.query(points, k=neighbours, distance_upper_bound=reach + 2 * _SPACING)
         result, places = np.full(len(points), np.inf), points.copy()
         owners = self._owners[np.minimum(index, len(self._owners) - 1)]
         for k in range(neighbours):
-            # A large triangle is often its own next neighbour.
+            # Several samples often belong to the same large triangle.
             fresh = np.isfinite(near[:, k]) & (owners[:, :k] != owners[:, k : k + 1]).all(1)
             rows = np.flatnonzero(fresh)
             closest = closest_points(points[rows], self._triangles[owners[rows, k]])
@@ -169,16 +178,18 @@ class Surface:
         return np.where(result <= reach, result, np.inf), places
 
     def candidates(self, points: np.ndarray, reach: float = PITCH) -> np.ndarray:
-        """Flags (N,) of points (N, 3) among which all are that lie within reach of the surface; quick."""
-        low, high = corners(points)
+        """Flag, conservatively and fast, the points (N,) of (N, 3) that may lie within reach of the surface."""
+        low, high = extent(points)
         cell = max(2 * _SPACING, reach)
         shape = np.floor((high - low) / cell).astype(int) + 1
         near = self.near_cells(low, shape, cell, cell - _SPACING)
         return near[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
 
     def near_cells(self, low: np.ndarray, shape: np.ndarray, cell: float, reach: float) -> np.ndarray:
-        """Flags (X, Y, Z) of cells from low (3,), ``cell`` metres apart, among which all are that hold a place within
-        reach of the surface."""
+        """Flag, conservatively, the cells (X, Y, Z) that may contain a point within reach of the surface.
+
+        low: (3,) lowest corner of the grid. cell: side of a cell, metres.
+        """
         pad = math.ceil((reach + _SPACING) / cell)
         start, full = low - pad * cell, shape + 2 * pad
         within = np.ones(len(self._samples), bool)
@@ -186,19 +197,19 @@ class Surface:
             within &= (column >= start[k]) & (column < start[k] + full[k] * cell)
         marked = np.zeros(full, bool)
         cells = ((self._samples[within] - start) / cell).astype(np.int64)
-        marked[tuple(np.minimum(cells, full - 1).T)] = True  # for rounding
+        marked[tuple(np.minimum(cells, full - 1).T)] = True  # against rounding
         for axis in range(3):
-            marked = _widened(np.moveaxis(marked, axis, 0), pad)
+            marked = _dilate(np.moveaxis(marked, axis, 0), pad)
             marked = np.moveaxis(marked, 0, axis)
         return marked
 
 
-def _widened(flags: np.ndarray, by: int) -> np.ndarray:
-    """Flags (X, ...) without ``by`` rows at either end, set where one within so many rows was."""
+def _dilate(flags: np.ndarray, by: int) -> np.ndarray:
+    """Dilate flags (X, ...) by ``by`` rows along the first axis and crop ``by`` rows at either end."""
     count = len(flags) - 2 * by
     return np.logical_or.reduce([flags[k : k + count] for k in range(2 * by + 1)])
 
 
-def near_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Triangles that come into the box from low (3,) to high (3,)."""
+def overlapping_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the triangles whose bounding boxes overlap the box from low (3,) to high (3,)."""
     return triangles[((triangles.max(1) >= low) & (triangles.min(1) <= high)).all(-1)]

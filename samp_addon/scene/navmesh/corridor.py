@@ -66,10 +66,10 @@ def search(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, first: int, last:
                 reached, shortest = state, total
         else:
             relax(polygon, states.points[state], float(best[state]), state)
-    return None if reached < 0 else _portals_back(states, parent, reached)
+    return None if reached < 0 else _trace_back(states, parent, reached)
 
 
-def _portals_back(states: _States, parent: np.ndarray, state: int) -> list[int]:
+def _trace_back(states: _States, parent: np.ndarray, state: int) -> list[int]:
     way = []
     while state >= 0:
         way.append(int(states.portal[state]))

@@ -59,7 +59,7 @@ class Ground:
         return np.where(inside, best, -1)
 
 
-def join(
+def build(
     grid: Grid, places: Places, step: float, headroom: float, slope: float, radius: float, reach: float
 ) -> Ground:
     """The ground for steps up to ``step`` metres; clearance is measured up to ``reach`` metres."""
@@ -77,7 +77,7 @@ def join(
         smooth[direction, source[even]], smooth[direction + 2, target[even]] = target[even], source[even]
     climbed = ((links >= 0) & (smooth < 0)).any(axis=0)
     clearance = _clearance(links, int(np.ceil(reach / grid.cell))) * grid.cell
-    rough = _grown(links, climbed, int(round(radius / grid.cell)))
+    rough = _dilate(links, climbed, int(round(radius / grid.cell)))
     low, high = _around(links, places.height, 3)
     rough |= high - low > max(STEEP, 6 * grid.cell * np.tan(np.radians(20)))
     rough |= _low_tops(places, links, smooth, rough, grid.cell)
@@ -120,7 +120,7 @@ def _clearance(links: np.ndarray, reach: int) -> np.ndarray:
     Each place hands the offset of its closest blocked column on to its neighbours, so that the distance is
     measured along the ground: what stands on another storey does not count.
     """
-    offset = _blocked_beside(links)
+    offset = _adjacent_blocked_columns(links)
     distance = np.hypot(*offset)
     changed = np.flatnonzero(np.isfinite(distance))
     for _ in range(reach):
@@ -141,7 +141,7 @@ def _clearance(links: np.ndarray, reach: int) -> np.ndarray:
     return np.minimum(distance, reach) - 0.5
 
 
-def _blocked_beside(links: np.ndarray) -> np.ndarray:
+def _adjacent_blocked_columns(links: np.ndarray) -> np.ndarray:
     """Offsets (2, N), in columns, to a blocked column beside each place; infinite without one."""
     offset = np.full((2, links.shape[1]), np.inf)
     for direction in range(4):
@@ -155,7 +155,7 @@ def _blocked_beside(links: np.ndarray) -> np.ndarray:
     return offset
 
 
-def _grown(links: np.ndarray, flags: np.ndarray, rounds: int) -> np.ndarray:
+def _dilate(links: np.ndarray, flags: np.ndarray, rounds: int) -> np.ndarray:
     """The flagged places (N,) and those within so many steps of them."""
     flags = flags.copy()
     changed = np.flatnonzero(flags)
@@ -179,7 +179,7 @@ def _low_tops(
     height = np.bincount(label, places.height) / count
     small = (count * cell**2 <= LARGEST_TOP)[label] & ~uneven
     rounds = int(np.ceil(LOOK_AROUND / cell))
-    near = np.flatnonzero(_grown(links, small, rounds))
+    near = np.flatnonzero(_dilate(links, small, rounds))
     number = np.full(len(places) + 1, -1)
     number[near] = np.arange(len(near))
     low, high = _around(number[links[:, near]], places.height[near], rounds)

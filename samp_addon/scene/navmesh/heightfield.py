@@ -89,7 +89,7 @@ def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
     vectors = geometry.area_vectors(triangles)
     # Either side may be up: artists' normals cannot be relied on.
     even = np.square(vectors[:, 1]) >= np.cos(slope) ** 2 * np.einsum("fi,fi->f", vectors, vectors)
-    points, owner = lattice.points_on(triangles, grid.cell * 0.7)
+    points, owner = lattice.sample_triangles(triangles, grid.cell * 0.7)
     x, y, z = points.T
     ix, iz = (x - grid.corner[0]) / grid.cell, (z - grid.corner[2]) / grid.cell
     inside = (ix >= 0) & (iz >= 0) & (ix < grid.shape[0]) & (iz < grid.shape[1]) & (y >= grid.corner[1])

@@ -16,7 +16,7 @@ LOOK = 3
 """Columns beyond the edge in which lower ground is looked for."""
 
 
-def worth_keeping(ground: Ground, walkable: np.ndarray, step: float) -> np.ndarray:
+def prune(ground: Ground, walkable: np.ndarray, step: float) -> np.ndarray:
     """The walkable places (N,) flags less small parts and furniture's tops; the largest part stays."""
     chosen = pairs(ground.links, walkable)
     label = connected(len(walkable), chosen)

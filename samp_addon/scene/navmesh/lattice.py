@@ -10,7 +10,7 @@ import numpy as np
 from .. import geometry
 
 
-def points_on(triangles: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+def sample_triangles(triangles: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Points (M, 3) on triangles (F, 3, 3) with gaps of at most ``spacing`` metres, and their triangles (M,).
 
     Edges and corners are included. A triangle smaller than the spacing gives its centre only: among its like
@@ -58,7 +58,7 @@ def _count_up(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-def within(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def clip_to_box(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """The triangles (F', 3, 3) that meet the box from low to high (3,); those that stick out are cut up."""
     done, waiting = [], triangles
     while len(waiting):

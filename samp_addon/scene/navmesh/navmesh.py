@@ -17,7 +17,7 @@ from .heightfield import Grid
 from .rectangles import Portals, Rectangles
 
 CELL = 0.05
-MOST_COLUMNS = 500_000
+MAX_COLUMNS = 500_000
 """Columns of the grid; 35 x 35 m at 5 cm. Larger scenes are cut, or get larger cells."""
 REACH = 0.6
 """Metres up to which the distance to obstacles is known."""
@@ -139,7 +139,7 @@ def build(
     cover = np.zeros((0, 3)) if cover is None else np.asarray(cover, dtype=np.float64).reshape(-1, 3)
     box, laid = _box(triangles, cover, cell), floor_height
     if box is not None:
-        triangles = lattice.within(triangles, *box)
+        triangles = lattice.clip_to_box(triangles, *box)
     if laid is None:
         low, high = geometry.bounds(triangles)
         grid, solid = _solid(triangles, low, high, box, cell, agent)
@@ -147,17 +147,17 @@ def build(
         laid = None if _has_floor(places, solid, grid) else float(low[1])
     if laid is not None:
         margin = _with_margin(triangles, cover, laid)
-        if floor_height is None and box is None and _columns(*margin, grid.cell) <= MOST_COLUMNS:
+        if floor_height is None and box is None and _columns(*margin, grid.cell) <= MAX_COLUMNS:
             # What is solid is known already.
             wide = grid.widened(*margin)
             grid, solid = wide, solid.moved(grid, wide)
         else:
             grid, solid = _solid(triangles, *margin, box, cell, agent)
         places = heightfield.standing_places(heightfield.with_ground(solid, grid, laid), grid, agent.height)
-    joined = ground.join(
+    joined = ground.build(
         grid, places, agent.step, agent.height, agent.slope, agent.radius, max(REACH, agent.radius)
     )
-    walkable = islands.worth_keeping(joined, joined.clearance >= agent.radius, agent.step)
+    walkable = islands.prune(joined, joined.clearance >= agent.radius, agent.step)
     if not walkable.any():
         raise PathError("Nothing in the scene can be walked on; add a floor, or make the character smaller.")
     pieces = rectangles.cover(joined, walkable)
@@ -205,9 +205,9 @@ def _box(triangles: np.ndarray, cover: np.ndarray, cell: float) -> np.ndarray | 
     """Corners (2, 3) of the part of too large a scene that matters for ``cover``; None if all fits."""
     if len(triangles) == 0 or len(cover) == 0:
         return None
-    if _columns(*geometry.bounds(triangles), cell) <= MOST_COLUMNS:
+    if _columns(*geometry.bounds(triangles), cell) <= MAX_COLUMNS:
         return None
-    half = np.maximum(np.ptp(cover, axis=0) / 2 + DETOUR, math.sqrt(MOST_COLUMNS) * cell / 2)
+    half = np.maximum(np.ptp(cover, axis=0) / 2 + DETOUR, math.sqrt(MAX_COLUMNS) * cell / 2)
     middle = (cover.min(axis=0) + cover.max(axis=0)) / 2
     return np.stack([middle - half, middle + half])
 
@@ -227,7 +227,7 @@ def _solid(
     """The grid from low to high (3,), inside of the box, and its solid cells; too many cells grow larger."""
     if box is not None:
         low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
-    cell *= math.sqrt(max(_columns(low, high, cell) / MOST_COLUMNS, 1.0))
+    cell *= math.sqrt(max(_columns(low, high, cell) / MAX_COLUMNS, 1.0))
     grid = Grid.over(low, high, cell)
     return grid, heightfield.solid_cells(triangles, grid, agent.slope)
 

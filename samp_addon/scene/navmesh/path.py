@@ -64,7 +64,7 @@ def plan(
             f"No way leads from the start to the goal for a character {2 * mesh.agent.radius:.2f} m wide; "
             "move the furniture apart, or make the character's radius smaller."
         )
-    return _between(mesh, begin, reachable, comfort)
+    return _find_path(mesh, begin, reachable, comfort)
 
 
 def plan_to_goal(
@@ -97,7 +97,7 @@ def plan_to_goal(
             f"No way leads from the start to the {goal.action} goal for a character "
             f"{2 * mesh.agent.radius:.2f} m wide; move the furniture apart, or choose another start."
         )
-    return _between(mesh, begin, mesh.ground.points(reachable[0]), comfort)
+    return _find_path(mesh, begin, mesh.ground.points(reachable[0]), comfort)
 
 
 def _on_mesh(
@@ -158,24 +158,26 @@ def _walled_off(mesh: NavMesh, points: np.ndarray, goal: np.ndarray) -> np.ndarr
     return (np.searchsorted(key, column + high) > np.searchsorted(key, column + low)).any(axis=0)
 
 
-def _between(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: float) -> Path:
+def _find_path(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: float) -> Path:
     if (
         smoothing.visible(mesh, start, goal)
         and smoothing.line_cost(mesh, start, goal) < np.linalg.norm(goal - start) + 1e-6
     ):
-        return Path(smoothing.with_bends(mesh, np.stack([start, goal])))
+        return Path(smoothing.add_height_waypoints(mesh, np.stack([start, goal])))
     owner = mesh.pieces.owner
     first, last = int(owner[mesh.ground.at(start)]), int(owner[mesh.ground.at(goal)])
     way = corridor.search(mesh, start, goal, first, last)
     if way is None:
         raise PathError("No way leads from the start to the goal; move the furniture apart.")
-    corners = _pulled(mesh, way, first, start, goal)
-    corners = smoothing.shortened(mesh, corners)
-    corners = smoothing.given_room(mesh, corners, comfort)
-    return Path(smoothing.with_bends(mesh, corners))
+    corners = _pull_string(mesh, way, first, start, goal)
+    corners = smoothing.shorten(mesh, corners)
+    corners = smoothing.widen_corners(mesh, corners, comfort)
+    return Path(smoothing.add_height_waypoints(mesh, corners))
 
 
-def _pulled(mesh: NavMesh, way: list[int], first: int, start: np.ndarray, goal: np.ndarray) -> np.ndarray:
+def _pull_string(
+    mesh: NavMesh, way: list[int], first: int, start: np.ndarray, goal: np.ndarray
+) -> np.ndarray:
     """Corners (K, 3) of the shortest line through a row of portals."""
     pieces, ends = mesh.portals.pieces[way], mesh.portals.ends[way]
     forward, polygon = np.zeros((len(way), 2)), first
@@ -185,5 +187,5 @@ def _pulled(mesh: NavMesh, way: list[int], first: int, start: np.ndarray, goal: 
         polygon = pieces[k, 1] if ahead else pieces[k, 0]
     left, right = funnel.left_and_right(ends[:, :, [0, 2]], forward)
     flat = funnel.pull(start[[0, 2]], goal[[0, 2]], left, right)
-    line, corner = smoothing.followed(mesh, flat, start[1])
+    line, corner = smoothing.project_onto_ground(mesh, flat, start[1])
     return line[corner]

@@ -22,7 +22,7 @@ def visible(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> bool:
     return np.isfinite(line_cost(mesh, one, two))
 
 
-def followed(mesh: NavMesh, flat: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
+def project_onto_ground(mesh: NavMesh, flat: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
     """The ground under corners (K, 2): points (M, 3) about a cell apart, and the corners' indices (K,)."""
     ground, grid = mesh.ground, mesh.ground.grid
     steps = np.maximum(np.ceil(np.linalg.norm(np.diff(flat, axis=0), axis=1) / grid.cell), 1).astype(int)
@@ -54,7 +54,7 @@ def line_cost(mesh: NavMesh, one: np.ndarray, two: np.ndarray) -> float:
     return length * float(np.where(mesh.pieces.rough[owner], ROUGH_COST, 1.0).mean())
 
 
-def shortened(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
+def shorten(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
     """The corners less those that a straight line can pass by at no higher cost."""
     cost = np.array([line_cost(mesh, a, b) for a, b in zip(corners, corners[1:], strict=False)])
     # The pulled line may graze a cell beside the ground; its own length stands in for it.
@@ -72,7 +72,7 @@ def shortened(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
     return corners[kept]
 
 
-def given_room(mesh: NavMesh, corners: np.ndarray, comfort: float) -> np.ndarray:
+def widen_corners(mesh: NavMesh, corners: np.ndarray, comfort: float) -> np.ndarray:
     """The corners moved away from what they pass, by up to ``comfort`` metres more than the radius.
 
     Together that makes the path no more than ``LONGER`` longer.
@@ -114,9 +114,9 @@ def _roomier_places(mesh: NavMesh, corner: np.ndarray, comfort: float) -> np.nda
     return points[good[np.argsort(0.3 * away[good] - gain[good], kind="stable")]][:12]
 
 
-def with_bends(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
+def add_height_waypoints(mesh: NavMesh, corners: np.ndarray) -> np.ndarray:
     """The corners (K, 3) and, between them, way-points where the ground rises or falls."""
-    line, corner = followed(mesh, corners[:, [0, 2]], corners[0, 1])
+    line, corner = project_onto_ground(mesh, corners[:, [0, 2]], corners[0, 1])
     kept = set(corner.tolist())
     waiting = list(zip(corner[:-1].tolist(), corner[1:].tolist(), strict=True))
     while waiting:

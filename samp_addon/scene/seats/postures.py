@@ -76,8 +76,8 @@ def sit_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
 
 
 def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    sides = [_carried(grid, places, yaws, height, part) for part in (BUTTOCK_LEFT, BUTTOCK_RIGHT)]
-    thighs = _carried(grid, places, yaws, height, THIGH_SUPPORT)
+    sides = [_support_share(grid, places, yaws, height, part) for part in (BUTTOCK_LEFT, BUTTOCK_RIGHT)]
+    thighs = _support_share(grid, places, yaws, height, THIGH_SUPPORT)
     worst = np.minimum(*sides)
     return np.where(
         (worst >= 0.62) & (thighs >= 0.35), 0.5 * worst + 0.25 * sum(sides) / 2 + 0.25 * thighs, 0.0
@@ -93,15 +93,15 @@ def _shins_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: 
 
 
 def _torso_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return _share_free(_hit(grid, places, yaws, TORSO, height + 0.13, height + 0.60), 0.06)
+    return _share_free(_blocked_share(grid, places, yaws, TORSO, height + 0.13, height + 0.60), 0.06)
 
 
 def _thighs_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return _share_free(_barred(grid, places, yaws, THIGHS, height + 0.08, height + 0.24), 0.26)
+    return _share_free(_lines_blocked(grid, places, yaws, THIGHS, height + 0.08, height + 0.24), 0.26)
 
 
 def _free_ahead(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return _share_free(_barred(grid, places, yaws, AHEAD, height + 0.14, height + 0.60), 0.30)
+    return _share_free(_lines_blocked(grid, places, yaws, AHEAD, height + 0.14, height + 0.60), 0.30)
 
 
 def _share_free(hit: np.ndarray, most: float) -> np.ndarray:
@@ -122,7 +122,7 @@ def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
     skew = np.where(has_back > 0.3, (back[:, 0] - back[:, -1]) / 0.07, 0.0)
     front = np.stack([_edge(grid, places, yaws, ranges, x, height) for x in (-0.11, 0.0, 0.11)], 1)
     straight = np.exp(-(skew**2) - (np.ptp(front, axis=1) / 0.09) ** 2)
-    side = np.minimum(*[_side(grid, places, yaws, ranges, s, height) for s in (-1, 1)])
+    side = np.minimum(*[_side_edge(grid, places, yaws, ranges, s, height) for s in (-1, 1)])
     behind = np.minimum(_edge(grid, places, yaws, -ranges, 0.0, height), 0.2) / 0.2
     room = np.clip(side / 0.22, 0.3, 1)
     # High seats are climbed, very low ones squatted on: both work, few choose them.
@@ -140,19 +140,23 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     """Scores (N,) of lying on the back with the pelvis over the places; the yaws point from head to feet."""
     rows = np.flatnonzero(np.isfinite(height) & (height >= LIE_HEIGHTS[0]) & (height <= LIE_HEIGHTS[1]))
     score = np.zeros(len(places))
-    body = _carried(grid, places[rows], yaws[rows], height[rows], BODY_SUPPORT, 0.10)
+    body = _support_share(grid, places[rows], yaws[rows], height[rows], BODY_SUPPORT, 0.10)
     rows, body = rows[body >= 0.86], body[body >= 0.86]
     at = places[rows], yaws[rows], height[rows]
-    bump = _hit(grid, at[0], at[1], BODY, at[2] + 0.20, at[2] + 0.50)
-    head = _within(grid, *at, HEAD, -0.06, 0.24)
-    feet_hit = _hit(grid, at[0], at[1], FEET, at[2] + 0.22, at[2] + 0.5)
-    head_hit = _hit(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
-    feet = _within(grid, *at, FEET, -0.10, 0.22)
+    bump = _blocked_share(grid, at[0], at[1], BODY, at[2] + 0.20, at[2] + 0.50)
+    head = _share_within(grid, *at, HEAD, -0.06, 0.24)
+    feet_hit = _blocked_share(grid, at[0], at[1], FEET, at[2] + 0.22, at[2] + 0.5)
+    head_hit = _blocked_share(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
+    feet = _share_within(grid, *at, FEET, -0.10, 0.22)
     good = (bump <= 0.06) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
-    boards = [_barred(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)]
+    boards = [
+        _lines_blocked(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
+    ]
     # The raised end, a headboard or a pillow, is where the head goes; of two raised ones, the higher.
-    tops = [_barred(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)]
-    pillows = [_rise(grid, *at, part) for part in (HEAD, FEET)]
+    tops = [
+        _lines_blocked(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)
+    ]
+    pillows = [_pillow_share(grid, *at, part) for part in (HEAD, FEET)]
     told = 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]) + (pillows[0] - pillows[1])
     headed = np.clip(0.5 + told, 0.1, 1.0)
     ranges = np.arange(0.06, 0.75, 0.03)
@@ -164,7 +168,7 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     long_way = np.abs(np.stack([np.sin(at[1]), np.cos(at[1])], -1)) @ (grid.high - grid.low)
     along = np.where(long_way >= 0.9 * (grid.high - grid.low).max(), 1.0, 0.65)
     # Shoulders and arms need more room than the trunk: nobody lies hard against the back of a sofa.
-    beside = _hit(grid, *at[:2], BESIDE, at[2] + 0.10, at[2] + 0.45)
+    beside = _blocked_share(grid, *at[:2], BESIDE, at[2] + 0.10, at[2] + 0.45)
     room = 1 - 0.33 * beside
     value = room * body * head * (1 - 4 * bump) * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed)
     value *= within_reach * tall * straight * along
@@ -179,27 +183,27 @@ def _at(places: np.ndarray, yaws: np.ndarray, part: np.ndarray) -> np.ndarray:
     return places[:, None] + np.stack([left * cos + forward * sin, forward * cos - left * sin], axis=-1)
 
 
-def _within(grid, places, yaws, height, part, low: float, high: float) -> np.ndarray:  # noqa: ANN001
+def _share_within(grid, places, yaws, height, part, low: float, high: float) -> np.ndarray:  # noqa: ANN001
     """Share (N,) of a part's points with a carrying surface between two heights relative to the seat."""
     rise = grid.height(_at(places, yaws, part)) - height[:, None]
     return ((rise >= low) & (rise <= high)).mean(axis=1)
 
 
-def _rise(grid, places, yaws, height, part) -> np.ndarray:  # noqa: ANN001
+def _pillow_share(grid, places, yaws, height, part) -> np.ndarray:  # noqa: ANN001
     """Share (N,) of a part's points where something as thick as a pillow lies on the surface."""
-    return _within(grid, places, yaws, height, part, 0.05, 0.22)
+    return _share_within(grid, places, yaws, height, part, 0.05, 0.22)
 
 
-def _carried(grid, places, yaws, height, part, step: float = WIDEST_STEP) -> np.ndarray:  # noqa: ANN001
-    return _within(grid, places, yaws, height, part, -step, step)
+def _support_share(grid, places, yaws, height, part, step: float = WIDEST_STEP) -> np.ndarray:  # noqa: ANN001
+    return _share_within(grid, places, yaws, height, part, -step, step)
 
 
-def _hit(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
+def _blocked_share(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
     """Share (N,) of a part's points with something solid between two heights above the floor (N,)."""
     return grid.blocked(_at(places, yaws, part), low[:, None], high[:, None]).mean(axis=1)
 
 
-def _barred(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
+def _lines_blocked(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
     """Share (N,) of a part's forward lines that meet something solid anywhere: thin rails bar the way, too."""
     hit = grid.blocked(_at(places, yaws, part), low[:, None], high[:, None])
     lines = len(np.unique(part[:, 0]))
@@ -226,7 +230,7 @@ def _edge(grid, places, yaws, ranges, left: float, height: np.ndarray) -> np.nda
     return _first(~(np.abs(rise) < 0.09), ranges)
 
 
-def _side(grid, places, yaws, ranges, sign: int, height: np.ndarray) -> np.ndarray:  # noqa: ANN001
+def _side_edge(grid, places, yaws, ranges, sign: int, height: np.ndarray) -> np.ndarray:  # noqa: ANN001
     """How far (N,) the seat goes on to one side, seen from the thighs' middle."""
     part = np.stack([sign * ranges, np.full_like(ranges, 0.03)], axis=-1)
     rise = grid.height(_at(places, yaws, part)) - height[:, None]

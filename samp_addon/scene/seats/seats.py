@@ -20,13 +20,13 @@ from . import front, postures
 from .support import SupportMap
 
 DIRECTIONS = 24
-MANY = 64
+MANY_SEATS = 64
 """Goals enough for all sides of a large object to have their say about its front."""
-MOST_PLACES = 800
-WORTH = {"sit": 0.35, "lie": 0.5}
+MAX_PLACES = 800
+MIN_SCORE_SHARE = {"sit": 0.35, "lie": 0.5}
 """A goal's least share of the best goal's score on the same object."""
-LEAST_SCORE = 0.15
-BACKED = 0.6
+MIN_SCORE = 0.15
+BACKED_SCORE = 0.6
 """Scores of seats above this have a back to lean on, so that they tell where an object's front is."""
 
 
@@ -62,10 +62,10 @@ def find_seats(
     limit: int = 16,
 ) -> list[Seat]:
     """As find_goals, with scores."""
-    return seats_on(map_of(triangles, floor_height, obstacles), action, limit)
+    return seats_on_map(support_map(triangles, floor_height, obstacles), action, limit)
 
 
-def map_of(
+def support_map(
     triangles: np.ndarray, floor_height: float | None = None, obstacles: np.ndarray | None = None
 ) -> SupportMap:
     """The object's support map along its own axes; build it once to ask several questions."""
@@ -73,7 +73,7 @@ def map_of(
     return SupportMap.build(triangles, front.dominant_axis(triangles), floor_height, obstacles)
 
 
-def seats_on(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
+def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     """The seats of a map, best first."""
     places = _candidates(grid, action)
     if not len(places):
@@ -90,7 +90,7 @@ def seats_on(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
         score = np.where(_above_a_seat(places, height, score), 0, score)
     # Refined, neighbours may have come together.
     apart = _suppress(places, yaws, score, action, limit, 0.85)
-    worth = max(LEAST_SCORE, WORTH[action] * score.max())
+    worth = max(MIN_SCORE, MIN_SCORE_SHARE[action] * score.max())
     return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in apart if score[i] >= worth]
 
 
@@ -99,11 +99,11 @@ def snap_goal(
 ) -> Goal | None:
     """The goal put onto the real surface: kept in place where it works, moved by up to ``reach`` metres and 30
     degrees where it does not, or None where nothing near carries the body."""
-    return snap_on(map_of(triangles, floor_height), goal, reach)
+    return snap_to_map(support_map(triangles, floor_height), goal, reach)
 
 
-def snap_on(
-    grid: SupportMap, goal: Goal, reach: float = 0.15, least: float = LEAST_SCORE, enough: float = 0.3
+def snap_to_map(
+    grid: SupportMap, goal: Goal, reach: float = 0.15, least: float = MIN_SCORE, enough: float = 0.3
 ) -> Goal | None:
     """snap_goal on a map that is built already.
 
@@ -137,17 +137,17 @@ def infer_front_yaw(triangles: np.ndarray) -> float:
     Along the object's own axis, the quarter turn to which its sit goals point; without a clear one, away from the
     side that rises (a headboard); without that, square to the long side.
     """
-    return front_on(map_of(triangles))
+    return front_of_map(support_map(triangles))
 
 
-def front_on(grid: SupportMap, seats: list[Seat] | None = None) -> float:
+def front_of_map(grid: SupportMap, seats: list[Seat] | None = None) -> float:
     """infer_front_yaw on a map that is built already; ``seats`` to sit on, where they are known."""
-    seats = seats_on(grid, "sit", MANY) if seats is None else seats
+    seats = seats_on_map(grid, "sit", MANY_SEATS) if seats is None else seats
     quarters = grid.yaw + np.arange(4) * np.pi / 2
     facing = frames.yaw_direction(quarters)
     pull = sum((seat.score**2 * seat.goal.direction for seat in seats), np.zeros(3))
-    rise = _away_from_the_rise(grid)
-    backed = bool(seats) and seats[0].score >= BACKED
+    rise = _away_from_raised_side(grid)
+    backed = bool(seats) and seats[0].score >= BACKED_SCORE
     clear = np.linalg.norm(pull) >= 0.25 * sum(seat.score**2 for seat in seats)
     if not clear or (rise.any() and not backed):
         pull = rise
@@ -157,10 +157,10 @@ def front_on(grid: SupportMap, seats: list[Seat] | None = None) -> float:
         pull = facing[int(size[0] < 0.97 * size[1])]
         pull = pull if pull[2] > -1e-6 else -pull
     yaw = quarters[int(np.argmax(facing @ pull))]
-    return float(frames.wrapped(yaw))
+    return float(frames.wrap_angle(yaw))
 
 
-def _away_from_the_rise(grid: SupportMap) -> np.ndarray:
+def _away_from_raised_side(grid: SupportMap) -> np.ndarray:
     """World vector (3,) from what stands higher than the rest to the middle; zero where nothing clearly does."""
     filled = grid.counts[:, 1:] != grid.counts[:, :-1]
     tops = np.where(filled.any(axis=1), filled.shape[1] - filled[:, ::-1].argmax(axis=1), 0)
@@ -180,7 +180,7 @@ def _candidates(grid: SupportMap, action: str) -> np.ndarray:
     """Places (N, 2) on the object that carry at a fitting height, evenly spread."""
     low, high = postures.SIT_HEIGHTS if action == "sit" else postures.LIE_HEIGHTS
     fits = (grid.heights >= low) & (grid.heights <= high)
-    stride = max(2, int(np.ceil(np.sqrt(fits.sum() / MOST_PLACES))))
+    stride = max(2, int(np.ceil(np.sqrt(fits.sum() / MAX_PLACES))))
     at = np.argwhere(fits[::stride, ::stride]) * stride
     return (at + 0.5) * grid.cell + grid.corner
 
@@ -204,7 +204,7 @@ def _suppress(
             break
         chosen.append(best)
         apart = np.hypot(*(places - places[best]).T)
-        angle = np.abs(frames.wrapped(yaws - yaws[best]))
+        angle = np.abs(frames.wrap_angle(yaws - yaws[best]))
         # A much worse place has no claim of its own so close by: the edge of a sofa between two backed seats.
         reach = np.where(score < 0.7 * score[best], 1.4 * near, near)
         left[(apart < reach) & (angle < turn)] = 0

@@ -14,8 +14,8 @@ from .. import geometry
 
 CELL = 0.025
 """Metres. Fine enough for a chair's slats, coarse enough for tables of a few million cells."""
-MOST_CELLS = 6_000_000
-MOST_SAMPLES = 400_000
+MAX_CELLS = 6_000_000
+MAX_SAMPLES = 400_000
 MARGIN = 0.95
 """Metres around the object that are kept, so that feet and shins beside it are looked up, too."""
 CEILING = 1.75
@@ -68,7 +68,7 @@ class SupportMap:
         low, high = bounds[0, [0, 2]], bounds[1, [0, 2]]
         extent = high - low + 2 * MARGIN
         levels = int(np.ceil(CEILING / CELL))
-        cell = max(CELL, float(np.sqrt(extent[0] * extent[1] * levels / MOST_CELLS)))
+        cell = max(CELL, float(np.sqrt(extent[0] * extent[1] * levels / MAX_CELLS)))
         corner, size = low - MARGIN, np.ceil(extent / cell).astype(int)
         samples, upward = _samples(local, cell)
         solid = np.zeros((size[0], levels, size[1]), dtype=bool)
@@ -122,7 +122,7 @@ def _samples(local: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
     """Surface points (N, 3), four or more a cell, and whether each lies on a carrying slope (N,)."""
     vectors = geometry.area_vectors(local)
     area = np.linalg.norm(vectors, axis=1)
-    count = int(np.clip(area.sum() / (0.45 * cell) ** 2, 2_000, MOST_SAMPLES))
+    count = int(np.clip(area.sum() / (0.45 * cell) ** 2, 2_000, MAX_SAMPLES))
     points, owner = geometry.spread_over_surface(local, count, area)
     # Either side may be the outer one: meshes of artists have normals of both signs.
     flat = np.abs(vectors[:, 1]) > STEEPEST * area

@@ -61,10 +61,10 @@ class LabelledObject:
 
 def label(piece: furniture.Piece, triangles: np.ndarray) -> list[LabelledObject]:
     """The labelled objects, at most one for each action, of a piece's triangles (F, 3, 3)."""
-    support = seats.map_of(triangles)
-    chairs = seats.seats_on(support, "sit", seats.MANY)
-    grid = InteractionGrid.build(triangles, seats.front_on(support, chairs))
-    beds = seats.seats_on(support, "lie") if grid.size.max() > SMALLEST_BED else []
+    support = seats.support_map(triangles)
+    chairs = seats.seats_on_map(support, "sit", seats.MANY_SEATS)
+    grid = InteractionGrid.build(triangles, seats.front_of_map(support, chairs))
+    beds = seats.seats_on_map(support, "lie") if grid.size.max() > SMALLEST_BED else []
     into = _grid_axes(grid.yaw)
     out = []
     for index, found in enumerate((chairs, beds)):

@@ -73,7 +73,7 @@ def handed_out(pieces: list[furniture.Piece], action: str, seed: int = 0) -> dic
     rng = np.random.default_rng(seed)
     given, labels = [], []
     for piece in pieces:
-        found = seats.seats_on(seats.map_of(piece.triangles), action, seats.MANY)
+        found = seats.seats_on_map(seats.support_map(piece.triangles), action, seats.MANY_SEATS)
         if not found:
             continue
         weights = np.array([seat.score for seat in found])

@@ -15,7 +15,7 @@ from torch.nn import functional
 
 from ....models import state
 from ....models.baselines import NETWORKS
-from ....models.motion_net import COURSE, HIDDEN
+from ....models.motion_net import EXTRAPOLATED_SHARE, HIDDEN
 from . import dataset
 from .schedule import Schedule
 
@@ -68,7 +68,7 @@ class Trainer:
         states, targets = self._states(self.data.states, frames), self._states(self.data.targets, frames)
         sample = {
             "input": states,
-            "target": targets - COURSE * state.extrapolate(states),
+            "target": targets - EXTRAPOLATED_SHARE * state.extrapolate(states),
             "object": self.data.object_features(seated) if len(seated) else torch.zeros(2, 2048),
         }
         for name, values in sample.items():
@@ -190,7 +190,7 @@ class Trainer:
                 decay = min(EMA, 1 - 1 / (1 + self.step_number / EMA_EVERY))
                 for name, value in net.named_parameters():
                     self.average[name].lerp_(value, 1 - decay)
-        predicted = net.told(out.detach(), x)
+        predicted = net.next_state(out.detach(), x)
         pose = error[:, state.POSE].sum(-1).mean()
         return predicted, {"pose": pose.item(), "kl": kl.item(), "loss": loss.item()}
 

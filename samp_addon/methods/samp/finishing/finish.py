@@ -74,7 +74,7 @@ def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
     tail = slice(max(0, len(motion) - 15), None)
     end = motion.root[tail].mean(0)
     yaw = float(frames.direction_yaw(goal[3:6]))
-    turn = frames.wrapped(yaw - _mean_yaw(motion, tail))
+    turn = frames.wrap_angle(yaw - _mean_yaw(motion, tail))
     missing = goal[:3] - end
     if action not in SEATED:
         missing[1] = 0.0

@@ -11,7 +11,7 @@ from .... import rotation, skeleton
 from ....errors import RolloutError, SampError
 from ....motion import ACTIONS, Motion
 from ....progress import show
-from ....torch_threads import one_thread
+from ....torch_threads import single_thread
 from ..finishing import finish
 from ..load_networks import MotionNetwork, load_motion_net
 from ..request import Request
@@ -65,7 +65,7 @@ def _run(
     record, done, frame = Record(len(takes)), np.zeros(len(takes), bool), 0
     tracked = RolloutProgress(requests, [take.route for take in takes])
     going, limit = np.arange(len(takes)), int(tracked.limit.max())
-    with torch.inference_mode(), one_thread(len(takes) < MULTITHREADED):
+    with torch.inference_mode(), single_thread(len(takes) < MULTITHREADED):
         run, guide = start_rollout(takes, network), Guide(tracked)
         while len(going):
             run.set_goals(torch.as_tensor(tracked.goals(), dtype=torch.float32))

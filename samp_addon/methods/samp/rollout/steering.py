@@ -11,7 +11,7 @@ import torch
 
 from .....models.state import FPS, SAMPLE_STRIDE
 from ....easing import smoothstep
-from ....frames import wrapped
+from ....frames import wrap_angle
 from ....motion import ACTIONS
 from ..route import SPEED_UP, Routes
 from .rollout import FUTURE
@@ -58,7 +58,7 @@ class Guide:
         roots = roots.numpy().astype(np.float64)
         planned = plan(self.tracked, roots)
         change = planned - path
-        change[..., 2] = wrapped(change[..., 2])
+        change[..., 2] = wrap_angle(change[..., 2])
         share = np.where(_is_free(self.tracked, roots), 0.0, FOLLOW)
         return torch.as_tensor(path + share[:, None, None] * change, dtype=torch.float32)
 
@@ -84,7 +84,7 @@ class Guide:
         places = tracked.routes.at(tracked.travelled[:, None] + np.array([0.0, LOOK_AHEAD]))
         aside, ahead = (places[:, k] - roots[:, :2] for k in (0, 1))
         # Correct the direction of travel, not the facing: people do not walk exactly where they face.
-        error = wrapped(np.arctan2(ahead[:, 0], ahead[:, 1]) - np.arctan2(steps[:, 0], steps[:, 1]))
+        error = wrap_angle(np.arctan2(ahead[:, 0], ahead[:, 1]) - np.arctan2(steps[:, 0], steps[:, 1]))
         vigour = np.minimum(1.0, speed / (3 * MOVING)) * ~(_is_free(tracked, roots) | (speed < MOVING))
         aside = SHIFT_GAIN * aside
         length = np.hypot(aside[:, 0], aside[:, 1])
@@ -111,12 +111,12 @@ def plan(tracked: RolloutProgress, roots: np.ndarray) -> np.ndarray:
     routes, travelled = tracked.routes, tracked.travelled[:, None]
     facing = _facing(routes, travelled)[:, 0]
     # Bodies that face away from their route turn before they set off.
-    willing = np.maximum(0.15, np.cos(np.clip(wrapped(facing - roots[:, 2]), -1.5, 1.5)))
+    willing = np.maximum(0.15, np.cos(np.clip(wrap_angle(facing - roots[:, 2]), -1.5, 1.5)))
     left = np.maximum(routes.length - tracked.travelled, 0.0)
     ahead = travelled + _distances(tracked.planned_speed, tracked.pace * tracked.rise * willing, left)
     places = routes.at(np.concatenate([travelled, ahead], 1))
     aside = (roots[:, :2] - places[:, 0])[:, None] * np.exp(-_TIMES / RETURN)[:, None]
-    turns = wrapped(_facing(routes, ahead) - roots[:, 2:])
+    turns = wrap_angle(_facing(routes, ahead) - roots[:, 2:])
     yaw = roots[:, 2:] + np.clip(turns, -TURNING * _TIMES, TURNING * _TIMES)
     return np.concatenate([places[:, 1:] + aside, yaw[..., None]], -1)
 
@@ -143,4 +143,4 @@ def _facing(routes: Routes, distance: np.ndarray) -> np.ndarray:
     way = places[:, : distance.shape[1]] - places[:, distance.shape[1] :]
     yaw = np.arctan2(way[..., 0], way[..., 1])
     turned = smoothstep(1 - (routes.length[:, None] - distance) / FACE_GOAL)
-    return yaw + turned * wrapped(routes.end_yaw[:, None] - yaw)
+    return yaw + turned * wrap_angle(routes.end_yaw[:, None] - yaw)

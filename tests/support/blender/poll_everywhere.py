@@ -167,7 +167,7 @@ def main() -> dict:
     bpy.ops.extensions.package_install_files(
         filepath=sys.argv[1], repo="user_default", enable_on_install=True
     )
-    sys.path.insert(0, str(Path(__file__).parent))
+    sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
     fakes, rooms, fingerprint = (importlib.import_module(name) for name in ("fakes", "rooms", "fingerprint"))
     part = lambda name: importlib.import_module(f"{MODULE}.samp_addon.{name}")
     part("methods.samp.networks").trained = lambda: fakes.NETWORKS
