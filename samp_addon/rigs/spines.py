@@ -1,4 +1,4 @@
-"""Spines and necks of any number of bones: which bones they are, and how SMPL-X's joints are spread over them."""
+"""Spines and necks of any number of bones, and the distribution of SMPL-X's joints over them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SPINE = ("spine1", "spine2", "spine3")
 
 @dataclass(frozen=True)
 class Link:
-    """A bone that turns as the joint ``above`` does, by ``share`` (0 to 1), and else as the joint ``below``."""
+    """A bone that turns between the joint ``below`` (share 0) and the joint ``above`` (share 1)."""
 
     bone: int
     below: str
@@ -21,7 +21,7 @@ class Link:
 
 
 def spine_and_neck(rig: Rig, at: Mapping[str, int]) -> tuple[list[Link], list[Link]]:
-    """The links of the spine and those of the neck, from below, of a rig with bones ``at`` its joints."""
+    """Return the links of the spine and of the neck, from below. at: joint -> index of its bone."""
     top = next((at[joint] for joint in ("neck", "head") if joint in at), None)
     spine = _between(rig, at["pelvis"], top, [at[joint] for joint in SPINE if joint in at])
     last = spine[-1] if spine else at["pelvis"]
@@ -30,17 +30,22 @@ def spine_and_neck(rig: Rig, at: Mapping[str, int]) -> tuple[list[Link], list[Li
 
 
 def _between(rig: Rig, below: int, above: int | None, named: list[int]) -> list[int]:
-    """The bones of a chain, from below: all on the way between two bones, or those that are named, where the way
-    leads past them. What constraints move is machinery, and no part of it."""
-    way = rig.above(above) if above is not None else []
-    if below not in way:
+    """Return the bones of a kinematic chain, from below.
+
+    They are all bones between two bones or, where these do not include them, those that are named. Constrained bones
+    are helpers and not part of the chain.
+    """
+    path = rig.above(above) if above is not None else []
+    if below not in path:
         return named
-    chain = [bone for bone in reversed(way[: way.index(below)]) if bone in named or not rig.constrained[bone]]
+    chain = [
+        bone for bone in reversed(path[: path.index(below)]) if bone in named or not rig.constrained[bone]
+    ]
     return chain if set(named) <= set(chain) else named
 
 
 def _spread(chain: Sequence[int], joints: Sequence[str]) -> list[Link]:
-    """Bones that share the bend of joints[1:] over joints[0]; the last one turns as the last joint does."""
+    """Distribute the bend of joints[1:] over a chain; its last bone turns as the last joint does."""
     result, steps = [], len(joints) - 1
     for count, bone in enumerate(chain, start=1):
         along = count * steps / len(chain)

@@ -132,7 +132,7 @@ def test_invalid_arrows_raise(sofa, change, words):
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [({"target": "Sofaa"}, "did you mean 'Sofa'"), ({"target": "Mast"}, "Nobody can sit")],
+    [({"target": "Sofaa"}, "did you mean 'Sofa'"), ({"target": "Mast"}, "no place to sit")],
 )
 def test_operator_errors_keep_existing_arrows(sofa, options, words):
     add("Mast", np.array([[[0, 0, 0], [0.1, 0, 0], [0, 3.0, 0]]]) + [4.0, 0, 0])

@@ -1,4 +1,4 @@
-"""What is done to a raw rollout: its end on the goal, without a pop; and the route it follows."""
+"""Finishing of a raw rollout: its end on the goal, without a pop; and the route that it follows."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ FRAMES, WALK = 150, 100
 
 
 def glide(action):
-    """Along +Z for 3 m, then still; seated ones sink by 30 cm over 20 frames."""
+    """Return a body that glides 3 m along +Z, then stands still, or sinks by 30 cm over 20 frames to sit."""
     root = np.zeros((FRAMES, 3))
     root[:, 2] = np.minimum(np.arange(FRAMES) / WALK, 1) * 3
     root[:, 1] = 0.93
@@ -45,7 +45,7 @@ def test_the_take_ends_on_its_goal_without_a_pop(action, shift, turn):
         settled.rotations[:30], motion.rotations[:30]
     )
     added = np.diff(settled.root - motion.root, axis=0)
-    assert np.abs(added).max() < 0.025, "less than 2.5 cm may be made up in one frame"
+    assert np.abs(added).max() < 0.025, "less than 2.5 cm of the error may be removed per frame"
 
 
 def test_interaction_start():
@@ -70,7 +70,7 @@ def test_route_drops_corners_near_the_goal_and_ends_on_it():
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_the_way_to_a_bed_ends_beside_it_and_faces_away(side):
+def test_the_route_to_a_bed_ends_beside_it_and_faces_away(side):
     goal = Goal(np.array([0.0, 0.6, 0.0]), np.array([0.0, 0, 1.0]), "lie")
     beside = np.array([side * 0.9, 0.0, 0.2])
     route = Route(np.array([side * 3.0, 0, 0]), np.array([[side * 3.0, 0, 0], beside]), goal, "lie")
@@ -90,15 +90,15 @@ def test_route_heights_of_a_climb():
 
 WAYS = (
     (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [0.3, 1.0], 0.5, 1.0),
-    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [1.0, 4.2], 3.5, 4.5),  # no more than a metre at once
-    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [0.0, 1.0], 2.0, 2.0),  # nobody goes back
+    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [1.0, 4.2], 3.5, 4.5),  # at most a metre ahead
+    (np.array([[0, 0, 0], [0, 0, 4.0], [3.0, 0, 4.0]]), [0.0, 1.0], 2.0, 2.0),  # never backwards
     (np.array([[0, 0, 0], [2.0, 0, 0], [2.0, 0, 2.0], [1.0, 0, 2.0], [1.0, 0, -2.0]]), [1.0, 0.1], 0.6, 1.0),
     (np.array([[0, 0, 0], [2.0, 0, 0], [2.0, 0, 2.0], [1.0, 0, 2.0], [1.0, 0, -2.0]]), [1.0, 0.1], 6.5, 6.9),
 )
 
 
-def test_ways_asked_together_tell_what_each_tells_alone():
-    """The nearest point of the way on from where somebody was, also where it crosses itself."""
+def test_a_batch_of_routes_equals_single_routes():
+    """The closest point on the route ahead of a known place, also where the route crosses itself."""
     routes = [Route(way[0], way, Goal(way[-1], np.array([0, 0, 1.0]), "walk"), "walk") for way, *_ in WAYS]
     places = np.array([place for _, place, _, _ in WAYS])
     behind = np.array([was for _, _, was, _ in WAYS])
@@ -111,7 +111,7 @@ def test_ways_asked_together_tell_what_each_tells_alone():
 
 
 @pytest.mark.parametrize("sinks", [0.0, 0.05, 0.3])
-def test_who_sits_down_moves_back_however_high_the_seat_is(sinks):
+def test_seated_bodies_move_back_on_seats_of_any_height(sinks):
     motion = glide("sit")
     root = motion.root.copy()
     root[:, 1] = 0.93 - (0.93 - root[:, 1]) * sinks / 0.3

@@ -1,4 +1,4 @@
-"""GoalNet: its shapes, its labels, its measures, and goals that always stand on the real surface."""
+"""GoalNet: its shapes, labels and measures, and goals that always lie on the surface."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_the_same_seed_gives_the_same_goals_and_more_goals_begin_with_the_same(s
     assert not np.allclose(some[0].position, other[0].position)
 
 
-def test_a_network_that_talks_nonsense_is_replaced_by_geometry_and_that_is_said(sofa, monkeypatch):
+def test_geometry_replaces_a_network_whose_samples_are_useless(sofa, monkeypatch):
     class Nonsense(goal_net.GoalNet):
         def decode(self, condition, z):
             return torch.tensor([[5.0, 0, 5.0, 0, 0, 1.0]])
@@ -139,18 +139,18 @@ def test_a_network_that_talks_nonsense_is_replaced_by_geometry_and_that_is_said(
 @pytest.mark.parametrize(
     ("triangles", "action", "words"),
     [
-        (shapes.box((0, 0, 0), (0.4, 1.6, 0.4)), "sit", "Nobody can sit"),
-        (shapes.box((0, 0, 0), (0.4, 0.45, 0.4)), "lie", "Nobody can lie"),
+        (shapes.box((0, 0, 0), (0.4, 1.6, 0.4)), "sit", "no place to sit"),
+        (shapes.box((0, 0, 0), (0.4, 0.45, 0.4)), "lie", "no place to lie"),
         (shapes.box((0, 0, 0), (0.4, 0.45, 0.4)), "walk", "not for 'walk'"),
     ],
     ids=["cupboard", "stool", "walk"],
 )
-def test_what_cannot_be_is_one_sentence(triangles, action, words):
+def test_impossible_goals_are_errors(triangles, action, words):
     with pytest.raises(SampError, match=words):
         sampling.sample_goals(triangles, action)
 
 
-def test_missing_and_damaged_weights_are_one_sentence_for_the_artist(tmp_path, monkeypatch, sofa):
+def test_missing_and_damaged_weights_are_errors(tmp_path, monkeypatch, sofa):
     with pytest.raises(weights.WeightsError, match="missing"):
         weights.load_weights("goal_net", tmp_path)
     path = weights.save_weights("goal_net", goal_net.GoalNet().state_dict(), tmp_path)

@@ -1,9 +1,9 @@
-"""Limbs that come out of mattresses, pillows, armrests and backs."""
+"""Limbs are moved out of mattresses, pillows, armrests and backs."""
 
 import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
-from samp_blender.samp_addon.methods.samp.finishing.resting import GIVE, RestingTop, _end
+from samp_blender.samp_addon.methods.samp.finishing.resting import GIVE, RestingTop, bone_end
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
@@ -21,7 +21,7 @@ def row(goal):
 
 
 def turned(joint_angles):
-    """Local rotations (22, 4) with some joints turned, degrees about x, y or z."""
+    """Return local rotations (22, 4) with some joints turned by degrees about x, y or z."""
     quats = np.zeros((22, 4))
     quats[:, 0] = 1
     for joint, axis, degrees in joint_angles:
@@ -60,7 +60,7 @@ def test_the_top_is_measured_over_the_floor(floor):
     assert np.allclose(missing, [0.05, 0.05, 0, 0], atol=0.01)
 
 
-def test_what_lies_well_is_left_alone():
+def test_a_body_on_top_is_left_as_it_is():
     motion = held(LIE, LYING, (0, 0.05, 0))
     assert top(BED, LIE).cleared(motion, row(LIE)) is motion
 
@@ -99,18 +99,18 @@ def test_an_elbow_comes_out_of_the_back_of_a_sofa():
 def test_hands_lie_flat():
     pose = (*LYING, ("left_wrist", "z", -60), ("right_wrist", "z", 60))
     motion = held(LIE, pose, (0, 0.03, 0))
-    tip = lambda m: _end(m, "left_wrist", "left_middle2")[FRAMES // 2, 1]
+    tip = lambda m: bone_end(m, "left_wrist", "left_middle2")[FRAMES // 2, 1]
     mended = top(BED, LIE).cleared(motion, row(LIE))
     assert tip(mended) >= min(tip(motion), MATTRESS + 0.01) - 1e-6 and tip(mended) > MATTRESS + 0.005
 
 
-def test_limbs_give_way_without_a_pop():
+def test_limbs_are_corrected_without_a_pop():
     motion = held(LIE, LYING, (0, -0.03, 0))
     root = motion.root + np.array([0.0, 0.3, 0.0]) * np.clip(1 - np.arange(FRAMES) / 15, 0, 1)[:, None]
     motion = Motion(root, motion.rotations)
     mended = top(BED, LIE).cleared(motion, row(LIE))
     moved = mended.forward_kinematics()[0] - motion.forward_kinematics()[0]
-    assert np.abs(moved).max() > 0.01, "or there is nothing to mend"
+    assert np.abs(moved).max() > 0.01, "else there is nothing to correct"
     assert np.linalg.norm(np.diff(moved, axis=0), axis=-1).max() < 0.025
 
 
@@ -123,7 +123,7 @@ def test_a_pelvis_does_not_sink_into_the_mattress(pose, thick):
 
 
 @pytest.mark.parametrize("deep", [0.05, 0.15])
-def test_who_sits_on_the_edge_has_their_shins_before_it(deep):
+def test_shins_of_a_body_on_the_edge_are_in_front_of_it(deep):
     goal = Goal(LIE.position, np.array([1.0, 0.0, 0.0]), "lie")
     motion = held(goal, SITTING, (0, SEAT_TO_PELVIS - BED_TO_PELVIS, 0.0))
     shin = joint(motion, "left_ankle")[0, 2]
@@ -135,8 +135,8 @@ def test_who_sits_on_the_edge_has_their_shins_before_it(deep):
     assert np.allclose(outside.cleared(motion, row(goal)).root[:, 2], motion.root[:, 2])
 
 
-def test_a_hanging_leg_beside_the_bed_is_left_as_it_is():
-    # One knee is put onto the mattress in the last frames; while the body stands before, nothing moves.
+def test_a_leg_that_hangs_next_to_the_bed_is_left_as_it_is():
+    # One knee is put onto the mattress in the last frames; nothing moves while the body still stands.
     standing = held(LIE, HANGING, (0.9, 0.3, 0))
     root = standing.root.copy()
     root[30:, 1] -= 0.32
@@ -146,12 +146,14 @@ def test_a_hanging_leg_beside_the_bed_is_left_as_it_is():
     motion = Motion(root, rotations)
     mended = top(BED, LIE).cleared(motion, row(LIE))
     before, after = (m.forward_kinematics()[0][:10] for m in (motion, mended))
-    assert np.abs(mended.rotations[36] - motion.rotations[36]).max() > 1e-3, "or there is nothing to mend"
+    assert np.abs(mended.rotations[36] - motion.rotations[36]).max() > 1e-3, (
+        "else there is nothing to correct"
+    )
     assert np.abs(after - before).max() < 2e-3
 
 
 @pytest.mark.parametrize("height, moves", [(0.93, True), (SEAT + SEAT_TO_PELVIS + 0.05, False)])
-def test_who_stands_in_a_bench_is_put_before_it_and_who_sits_is_left(height, moves):
+def test_bodies_that_stand_in_a_bench_are_moved_out_and_seated_ones_are_not(height, moves):
     """Legs 12 cm behind the bench's front edge."""
     motion = held(SIT, HANGING, (0.0, height - SIT.position[1], 0.18))
     cleared = top(BENCH, SIT).cleared(motion, row(SIT))

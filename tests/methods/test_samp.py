@@ -48,7 +48,7 @@ def test_most_takes_sit_on_their_goal(takes):
         assert np.isfinite(take.root).all() and np.isfinite(take.rotations).all()
 
 
-def test_who_sits_stands_up_and_walks_away(takes):
+def test_seated_characters_stand_up_and_walk_away(takes):
     good = [take for take in takes if isinstance(take, Motion)][:3]
     away = np.array([-1.2, 0.0, 2.4])
     requests = [
@@ -71,8 +71,8 @@ BED = np.concatenate([box((-0.8, 0, -1.0), (0.8, 0.48, 1.0)), box((-0.8, 0, -1.1
 def test_most_takes_lie_down_on_their_goal():
     goal = find_goals(BED, "lie", floor_height=0.0)[0]
     side = 1.0 if goal.position[0] >= 0 else -1.0
-    start, beside = np.array([side * 2.4, 0.0, 0.8]), np.array([side * 1.15, 0.0, goal.position[2]])
-    way = np.array([start, beside])
+    start, bedside = np.array([side * 2.4, 0.0, 0.8]), np.array([side * 1.15, 0.0, goal.position[2]])
+    way = np.array([start, bedside])
     takes = generator.generate(
         [Request(start, -1.0, "lie", goal, way, BED, seed=seed, hold_seconds=1.0) for seed in range(6)]
     )
@@ -83,10 +83,10 @@ def test_most_takes_lie_down_on_their_goal():
         joints, _ = take.forward_kinematics()
         last = joints[-1]
         assert np.ptp(last[[0, 12, 15], 1]) < 0.35, "pelvis, neck and head are nearly level"
-        assert last[:, 1].min() > 0.4, "nothing is left on the floor"
+        assert last[:, 1].min() > 0.4, "no limb hangs down to the floor"
 
 
-def test_noise_makes_other_takes(takes):
+def test_takes_of_different_seeds_differ(takes):
     good = [take for take in takes if isinstance(take, Motion)]
     count = min(len(good[0]), len(good[1]))
     assert np.abs(good[0].root[:count] - good[1].root[:count]).max() > 0.01
@@ -117,8 +117,8 @@ def test_a_walk_ends_standing_on_its_place():
         assert take.interaction_start is None
 
 
-def test_no_take_runs_for_ever(monkeypatch):
-    """A goal that is never reached ends in one sentence, not in an endless rollout."""
+def test_no_take_runs_forever(monkeypatch):
+    """A goal that is never reached ends in an error, not in an endless rollout."""
     monkeypatch.setattr(tracking, "ARRIVED", -1.0)
     monkeypatch.setattr(tracking, "GRACE", 0.0)
     result = generator.generate([sit(0)])[0]
@@ -142,14 +142,14 @@ def test_cancelling_stops_the_rollout():
 
 
 @pytest.mark.parametrize("action, words", [("dance", "no action")])
-def test_what_it_cannot_do(action, words):
+def test_unknown_actions_are_errors(action, words):
     result = generator.generate([Request(np.zeros(3), 0.0, action, Goal(np.ones(3), np.array([0, 0, 1.0])))])[
         0
     ]
     assert isinstance(result, SampError) and words in str(result)
 
 
-def test_damaged_weights_are_found(tmp_path):
+def test_damaged_weights_are_detected(tmp_path):
     import torch
 
     path = weights.save_weights("thing", {"a": torch.arange(6.0)}, tmp_path)

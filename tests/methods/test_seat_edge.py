@@ -1,9 +1,9 @@
-"""The front of a seat: where a body stands before it, and shins that stay out of it."""
+"""The front of a seat: where a body stands in front of it, and shins that stay out of it."""
 
 import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
-from samp_blender.samp_addon.methods.samp.finishing.seat_edge import MOST, SHIN, SeatFront
+from samp_blender.samp_addon.methods.samp.finishing.seat_edge import MAX_STAND_OFF, SHIN, SeatFront
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from shapes import box
@@ -34,19 +34,21 @@ def about_x(degrees):
 
 
 def shin_ahead(motion, share):
-    """How far ahead of the goal (T, 2) the shins are, at a share of the way from ankle to knee."""
+    """Return how far (T, 2) the shins are in front of the goal, at a share of the way from ankle to knee."""
     positions, _ = motion.forward_kinematics()
     at = lambda name: positions[:, [skeleton.INDEX[f"left_{name}"], skeleton.INDEX[f"right_{name}"]], 2]
     return at("ankle") + share * (at("knee") - at("ankle"))
 
 
-@pytest.mark.parametrize("depth, least, most", [(0.2, 0.0, 0.08), (0.35, 0.15, 0.3), (0.9, 0.25, MOST)])
-def test_deep_seats_are_sat_back_into(depth, least, most):
+@pytest.mark.parametrize(
+    "depth, least, most", [(0.2, 0.0, 0.08), (0.35, 0.15, 0.3), (0.9, 0.25, MAX_STAND_OFF)]
+)
+def test_the_stand_off_grows_with_the_depth_of_the_seat(depth, least, most):
     assert least <= front(box((-0.5, 0.0, -0.5), (0.5, 0.43, depth))).stand_off <= most
 
 
 @pytest.mark.parametrize("floor", [0.0, 1.2])
-def test_a_closed_front_is_closed_down_to_the_floor_and_a_stool_is_not(floor):
+def test_a_sofa_is_closed_down_to_the_floor_and_a_stool_is_open(floor):
     up = np.array([0.0, floor, 0.0])
     closed = front(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.3)) + up, floor)
     stool = front(box((-0.5, 0.38, -0.5), (0.5, 0.43, 0.3)) + up, floor)
@@ -58,7 +60,7 @@ def test_a_closed_front_is_closed_down_to_the_floor_and_a_stool_is_not(floor):
 def test_tucked_feet_come_out_of_a_sofa(tuck):
     sofa = front(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.3)))
     before = seated(tuck)
-    assert shin_ahead(before, 0.2).min() < 0.3 + SHIN - 0.02, "or there is nothing to mend"
+    assert shin_ahead(before, 0.2).min() < 0.3 + SHIN - 0.02, "else there is nothing to correct"
     after = sofa.clear_shins(before, ROW)
     assert shin_ahead(after, 0.2).min() > 0.3 + SHIN - 0.01
     joints = after.forward_kinematics()[0]

@@ -1,4 +1,4 @@
-"""How a rollout begins: standing where and as it was told, or going on from a motion."""
+"""The state in which a rollout starts: standing at a given place, or continuing a motion."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def pose():
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.3, -3.0])
-def test_who_stands_faces_and_stands_as_told(yaw):
+def test_a_standing_start_is_at_its_root(yaw):
     start = Start.standing(0.93, pose(), np.array([1.0, 2.0, yaw]))
     assert torch.allclose(start.joints[0], torch.tensor([1.0, 0.93, 2.0]))
     off = float(state.heading_yaw(start.joints)) - yaw
@@ -37,7 +37,7 @@ def glide(floor=0.0):
 
 
 @pytest.mark.parametrize("floor", [0.0, 2.5])
-def test_who_was_walking_goes_on_walking(floor):
+def test_a_walk_is_continued(floor):
     motion = glide(floor)
     start = Start.after(motion, floor)
     assert np.allclose(start.joints[0], motion.root[-1] - [0, floor, 0], atol=1e-5)
@@ -47,7 +47,7 @@ def test_who_was_walking_goes_on_walking(floor):
     assert np.allclose(start.actions, np.eye(5)[1])
 
 
-def test_a_short_motion_has_stood_where_it_begins():
+def test_before_a_short_motion_its_first_frame_is_repeated():
     motion = glide()
     short = Motion(
         motion.root[:3], motion.rotations[:3], actions=motion.actions[:3], contacts=motion.contacts[:3]
@@ -56,7 +56,7 @@ def test_a_short_motion_has_stood_where_it_begins():
     assert np.allclose(roots[: SPAN - 3], roots[0]) and not np.allclose(roots[-1], roots[0])
 
 
-def test_a_motion_without_contacts_cannot_be_gone_on_from():
+def test_a_motion_without_contacts_cannot_be_continued():
     motion = glide()
     with pytest.raises(ValueError, match="contacts"):
         Start.after(Motion(motion.root, motion.rotations))

@@ -1,4 +1,4 @@
-"""Takes on other rigs: what Blender shows of them, bone by bone, against the take they come from."""
+"""Takes on other rigs: every bone as Blender shows it, against the source take."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from samp_blender.samp_addon.blender.takes import baking
 from samp_blender.samp_addon.motion import CONTACTS, Motion
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine.feet import plan as foot_plan
-from samp_blender.samp_addon.rigs import carrying, fitting, maps
+from samp_blender.samp_addon.rigs import landmarks, maps, retargeting
 from samp_blender.samp_addon.rigs.footprints import Footprints
 from samp_blender.tests.support.blender import rigs
 
@@ -36,7 +36,7 @@ def _registered():
 
 @functools.cache
 def take() -> Motion:
-    """Somebody who walks to a chair and sits down, as the networks make it."""
+    """Return a walk to a chair and a sit, as generated."""
     scene = rigs.reset()
     start = rooms.to_blender(rooms.random_room(3, rooms.chair), scene)
     made = baking.run(bpy.context, Job(action="sit", target="Chair", start=tuple(start)))
@@ -45,7 +45,7 @@ def take() -> Motion:
 
 @functools.cache
 def lying() -> Motion:
-    """The end of the take, tipped onto its back: feet in the air, hips where they were."""
+    """Return the end of the take tipped onto its back: feet in the air, hips unchanged."""
     part = carry_part(take(), slice(-20, None))
     tip = rotation.from_axis_angle(np.radians([-90.0, 0.0, 0.0]))
     quats = part.rotations.copy()
@@ -63,7 +63,7 @@ def carry_part(motion: Motion, part: slice) -> Motion:
 
 @pytest.fixture
 def source():
-    """The take on a human in an otherwise empty file."""
+    """Return a human with the take, in an otherwise empty file."""
     take()
     rigs.reset()
     owner = character.create_character(bpy.context)
@@ -72,7 +72,7 @@ def source():
 
 
 def target(kind: str, dressed: bool = True) -> bpy.types.Object:
-    """A rig to carry to; of a strange one the table is filled in."""
+    """Return a rig to retarget to; an unknown one has its bone table filled in."""
     if kind.startswith("rigify"):
         rig = humanoids.rigify(kind.split()[1])
     elif kind == "smplx":
@@ -88,7 +88,7 @@ def target(kind: str, dressed: bool = True) -> bpy.types.Object:
 
 
 def shown_bones(rig: bpy.types.Object) -> dict[str, str]:
-    """Joint -> bone that deforms: of a generated Rigify rig not the controls."""
+    """Return joint -> deform bone: of a generated Rigify rig not the controls."""
     known, bones = carry_to_rig._bones(rig)
     if known == "Rigify controls":
         return maps.KNOWN[-1].found(bone.name for bone in rig.data.bones)
@@ -97,7 +97,7 @@ def shown_bones(rig: bpy.types.Object) -> dict[str, str]:
 
 @dataclass
 class Shown:
-    """What Blender shows in all frames, network frame: heads (T, 3) and how bones turned from rest (T, 3, 3)."""
+    """The evaluated bones in all frames, network frame: heads (T, 3), and rotations from rest (T, 3, 3)."""
 
     heads: dict[str, np.ndarray]
     turned: dict[str, np.ndarray]
@@ -108,7 +108,7 @@ class Shown:
 
 
 def played(rig: bpy.types.Object, action: bpy.types.Action) -> Shown:
-    """The rig frame by frame as it is evaluated, constraints and drivers and all."""
+    """Evaluate the rig frame by frame, with constraints and drivers."""
     scene, bones = bpy.context.scene, shown_bones(rig)
     poses = {joint: [] for joint in bones}
     for frame in range(int(action.frame_range[0]), int(action.frame_range[1]) + 1):
@@ -127,11 +127,13 @@ def played(rig: bpy.types.Object, action: bpy.types.Action) -> Shown:
     return Shown(heads, turned)
 
 
-def carried(rig: bpy.types.Object, source: bpy.types.Object) -> carrying.Carried:
-    """What was to be shown."""
+def carried(rig: bpy.types.Object, source: bpy.types.Object) -> retargeting.Retargeted:
+    """Return the take that the rig is expected to show."""
     bones = carry_to_rig._bones(rig)[1]
     motion = keyframes.read_motion(source, source.animation_data.action)
-    return carrying.carry(motion, read_rig.read(bpy.context, rig), bones, character.body_of(source).vertices)
+    return retargeting.retarget(
+        motion, read_rig.read(bpy.context, rig), bones, character.body_of(source).vertices
+    )
 
 
 def angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -145,7 +147,7 @@ RIGS = ("smplx", "mixamo", "unreal 4", "unreal 5", "strange", "rigify basic", "r
 
 @pytest.mark.parametrize("kind", RIGS)
 def test_what_is_played(source, kind):
-    """Everything at once, since playing it is what takes the time."""
+    """All checks in one test: evaluating the frames takes most of the time."""
     rig = target(kind)
     place(rig, kind)
     old = source.animation_data.action
@@ -168,7 +170,7 @@ def test_what_is_played(source, kind):
 
 
 def place(rig: bpy.types.Object, kind: str) -> None:
-    """Stands the rig elsewhere, in odd rotation modes and an odd pose: none of it may matter."""
+    """Put the rig elsewhere, in various rotation modes and a random pose: none of this may matter."""
     rig.location = (3.0, -1.0, 0.7)
     rig.rotation_euler.rotate_axis("Y" if kind == "mixamo" else "Z", 2.0)
     if kind in ("unreal 4", "strange", "smplx"):
@@ -182,7 +184,7 @@ def place(rig: bpy.types.Object, kind: str) -> None:
     bpy.context.view_layer.update()
 
 
-def feet_stand(wanted: carrying.Carried, result: carry_to_rig.Result) -> None:
+def feet_stand(wanted: retargeting.Retargeted, result: carry_to_rig.Result) -> None:
     """While a foot is flat its sole is still, on the ground, and its middle where the take's is."""
     motion, prints = take(), Footprints.of(take())
     theirs, turned = motion.forward_kinematics()
@@ -196,7 +198,7 @@ def feet_stand(wanted: carrying.Carried, result: carry_to_rig.Result) -> None:
             (motion.rest_joints, theirs, turned),
             (wanted.motion.rest_joints, ours, ours_turned),
         ):
-            middle = carrying._sole_middle(joints, plan.foot)
+            middle = retargeting.sole_middle(joints, plan.foot)
             soles.append(
                 places[:, ankle] + rotation.rotate(quats[:, ankle], np.tile(middle, (len(places), 1)))
             )
@@ -208,7 +210,7 @@ def feet_stand(wanted: carrying.Carried, result: carry_to_rig.Result) -> None:
             assert np.median(speed) < 0.01, (plan.foot.side, stance)
             speeds += speed.tolist()
             ground = prints.support(soles[1][part])[0]
-            # The feet of a take that is not refined may hover a little; here they stand.
+            # Feet of takes that are not refined may hover a little; here they stand.
             hovers = np.abs(soles[0][part, 1] - ground).max()
             moved = np.linalg.norm(soles[1][part].mean(0) - soles[0][part].mean(0))
             assert moved < 0.01 + hovers < 0.03, (plan.foot.side, stance)
@@ -267,7 +269,7 @@ def _out_of_line(hip: np.ndarray, knee: np.ndarray, ankle: np.ndarray) -> np.nda
     return way - np.sum(way * line, axis=-1, keepdims=True) * line
 
 
-def nothing_flips(shown: Shown, wanted: carrying.Carried) -> None:
+def nothing_flips(shown: Shown, wanted: retargeting.Retargeted) -> None:
     """No bone turns farther from frame to frame than the fastest joint of the take and a little."""
     _, quats = take().forward_kinematics()
     step = np.abs(np.sum(quats[1:] * quats[:-1], axis=-1))
@@ -278,22 +280,22 @@ def nothing_flips(shown: Shown, wanted: carrying.Carried) -> None:
         assert steps.max() < fastest + 12.0, joint
 
 
-def hips_are_on_the_seat(shown: Shown, own, wanted: carrying.Carried, kind: str) -> None:
+def hips_are_on_the_seat(shown: Shown, own, wanted: retargeting.Retargeted, kind: str) -> None:
     """At the end the hips are over the take's, higher by what the body is thicker; standing, as the legs are long."""
     hips = lambda at: (at("left_hip") + at("right_hip")) / 2
     away = hips(shown.heads.__getitem__) - hips(own)
     assert np.abs(away[:, [0, 2]]).max() < 2e-3
-    thick = fitting.seat_depth(character.human.load().vertices, take().rest_joints)
+    thick = landmarks.seat_depth(character.human.load().vertices, take().rest_joints)
     assert away[-1, 1] == pytest.approx(wanted.fit.seat - thick, abs=3e-3)
     tall, taller = (
-        fitting.hips(joints)[1] - carrying._sole_height(joints)
+        landmarks.hips(joints)[1] - retargeting.sole_height(joints)
         for joints in (take().rest_joints, wanted.motion.rest_joints)
     )
     assert away[0, 1] == pytest.approx((taller / tall - 1) * hips(own)[0, 1], abs=0.03)
 
 
-def test_an_smplx_armature_gets_the_very_take(source):
-    """The upper body is the same to a hair; legs are those of feet that stand still."""
+def test_an_smplx_armature_gets_the_same_take(source):
+    """The upper body is the same; the legs differ, because feet are locked."""
     rig = target("smplx", dressed=False)
     carry_to_rig.carry_to_rig(bpy.context)
     again = keyframes.read_motion(rig)
@@ -305,14 +307,14 @@ def test_an_smplx_armature_gets_the_very_take(source):
     assert np.abs(again.root - take().root)[:, [0, 2]].max() < 1e-4
 
 
-def test_legs_that_are_too_short_are_told(source):
+def test_legs_that_are_too_short_are_reported(source):
     rig = target("mixamo")
     rig.scale = rig.scale * 0.35
     result = carry_to_rig.carry_to_rig(bpy.context)
     assert result.missed > 0.02 and "cm off its position" in carry_to_rig.sentence(result)
 
 
-def test_bones_with_constraints_are_told(source):
+def test_bones_with_constraints_are_reported(source):
     rig = target("mixamo", dressed=False)
     assert not carry_to_rig.carry_to_rig(bpy.context).constrained
     rig.pose.bones["mixamorig:LeftHand"].constraints.new("COPY_ROTATION").target = source
@@ -321,8 +323,8 @@ def test_bones_with_constraints_are_told(source):
     assert "Constraints may override mixamorig:LeftHand" in carry_to_rig.sentence(result)
 
 
-def test_who_lies_keeps_the_legs_of_the_take(source):
-    """Feet that do not stand follow the legs, which stay as straight as they are."""
+def test_lying_bodies_keep_the_legs_of_the_take(source):
+    """Feet that do not stand follow their legs, whose knees do not change."""
     rig = target("mixamo")
     keyframes.write_motion(source, lying(), "Lie")
     carry_to_rig.carry_to_rig(bpy.context)
@@ -334,11 +336,11 @@ def test_who_lies_keeps_the_legs_of_the_take(source):
     assert np.abs(np.sum(now * then, axis=-1)).min() > 1 - 5e-4
 
 
-def test_without_contacts_hips_that_are_low_and_still_rest():
-    told = replace(take(), contacts=None)
-    over = carrying.hips(take().forward_kinematics()[0])[:, 1] / 0.85
+def test_without_contacts_low_and_still_hips_count_as_resting():
+    unlabelled = replace(take(), contacts=None)
+    over = landmarks.hips(take().forward_kinematics()[0])[:, 1] / 0.85
     with_contacts = take().contacts[:, CONTACTS.index("pelvis")] > 0.5
-    without = carrying._resting(told, over)
+    without = retargeting._resting(unlabelled, over)
     assert without[-20:].all() and with_contacts[-20:].all() and not without[:60].any()
 
 
@@ -411,11 +413,11 @@ def test_operator_and_function_give_the_same(source):
     second = rig.animation_data.action
     assert outcome == {"FINISHED"} and second != first
     assert tuple(first.frame_range) == tuple(second.frame_range) == (20, 60)
-    told = []
+    keys = []
     for action in (first, second):
         compat.assign(rig, action)
-        told.append(kept(rig)[-1])
-    assert told[0] == told[1] and len(told[0]) > 100
+        keys.append(kept(rig)[-1])
+    assert keys[0] == keys[1] and len(keys[0]) > 100
 
 
 def test_undo_takes_one_step(source):

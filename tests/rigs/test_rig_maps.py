@@ -1,4 +1,4 @@
-"""Which rig an armature is by its bones' names, which bone is which joint, and how chains of any length bend."""
+"""Recognition of rigs by bone names, guesses at bones, and spines of any length."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon import skeleton
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.rigs import carrying, fitting, guessing, maps, spines
+from samp_blender.samp_addon.rigs import fitting, guessing, landmarks, maps, retargeting, spines
 from samp_blender.samp_addon.rigs.rig import Rig
 
 
@@ -117,13 +117,13 @@ def test_unknown_humanoids_are_guessed(kind):
             names.append(mirrored(name))
             above.append(mirrored(parent))
     parents = [names.index(parent) if parent else -1 for parent in above]
-    told = dict(pair.split() for pair in wanted.split(","))
-    told |= {
+    found = dict(pair.split() for pair in wanted.split(","))
+    found |= {
         joint.replace("left", "right"): mirrored(bone)
-        for joint, bone in told.items()
+        for joint, bone in found.items()
         if joint.startswith("left")
     }
-    assert guessing.guess(names, parents, np.zeros((len(names), 3))) == told
+    assert guessing.guess(names, parents, np.zeros((len(names), 3))) == found
 
 
 def spine(count: int, constrained: tuple[int, ...] = ()) -> Rig:
@@ -166,9 +166,9 @@ def spine(count: int, constrained: tuple[int, ...] = ()) -> Rig:
 def test_a_spine_of_any_length_bends_as_a_whole(count, wanted):
     at = {"pelvis": 0, "spine1": 1, "neck": count + 1, "head": count + 2}
     links, neck = spines.spine_and_neck(spine(count), at)
-    told = [(link.below, link.above, round(link.share, 6)) for link in links]
+    found = [(link.below, link.above, round(link.share, 6)) for link in links]
     along = lambda link: spines.SPINE.index(link[1]) + link[2]
-    assert [along(link) for link in told] == pytest.approx([along(link) for link in wanted])
+    assert [along(link) for link in found] == pytest.approx([along(link) for link in wanted])
     assert [link.bone for link in links] == list(range(1, count + 1))
     assert [(link.bone, link.above, link.share) for link in neck] == [(count + 1, "neck", 1.0)]
 
@@ -181,26 +181,28 @@ def test_machinery_between_the_bones_is_left_alone():
 def test_hips_are_as_high_as_the_legs_are_long_and_as_the_body_is_thick():
     over = np.array([1.0, 0.8, 0.6, 0.5, 0.5, 0.75, 1.0])
     resting = np.array([0, 0, 0, 1, 1, 0, 0], bool)
-    raised = carrying._between(over, resting, 0.1 * over, 0.02, 1.0)
+    raised = retargeting.hip_lift(over, resting, 0.1 * over, 0.02, 1.0)
     np.testing.assert_allclose(
         raised, [0.1, 0.02 + 0.6 * 0.06, 0.02 + 0.2 * 0.04, 0.02, 0.02, 0.02 + 0.5 * 0.055, 0.1]
     )
-    np.testing.assert_array_equal(carrying._between(over, resting & False, 0.1 * over, 0.02, 1.0), 0.1 * over)
+    np.testing.assert_array_equal(
+        retargeting.hip_lift(over, resting & False, 0.1 * over, 0.02, 1.0), 0.1 * over
+    )
 
 
 def test_a_seat_is_as_far_behind_the_hips_as_the_skin():
     joints = skeleton.default_rest_joints()
-    middle = fitting.hips(joints)
+    middle = landmarks.hips(joints)
     back = np.random.default_rng(0).uniform([-0.1, -0.15, -0.12], [0.1, 0.0, -0.12], (200, 3)) + middle
-    assert fitting.seat_depth(back, joints) == pytest.approx(0.12)
-    assert fitting.seat_depth(np.zeros((0, 3)), joints) is None
+    assert landmarks.seat_depth(back, joints) == pytest.approx(0.12)
+    assert landmarks.seat_depth(np.zeros((0, 3)), joints) is None
 
 
 def test_a_map_that_cannot_be_is_refused():
     rig = spine(2)
     for bones, reason in (
-        ({}, "No bone of 'Spine' is named for pelvis"),
-        (dict.fromkeys(maps.ESSENTIAL, "bone 0"), "stands for"),
+        ({}, "'Spine' has no bone for pelvis"),
+        (dict.fromkeys(maps.ESSENTIAL, "bone 0"), "is assigned to both"),
         ({joint: f"nothing {joint}" for joint in maps.ESSENTIAL}, "has no bone 'nothing pelvis'"),
     ):
         with pytest.raises(SampError, match=reason):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import skeleton
 from ...errors import SampError
-from ...rigs import carrying, guessing, maps
+from ...rigs import guessing, maps, retargeting
 from ...rigs.rig import Rig
 from .. import compat
 from ..actions import channels, keyframes
@@ -77,7 +77,7 @@ def carry_to_rig(
     known, bones = _bones(owner)
     rig = read_rig.read(context, owner)
     _require_movable(owner, bones.get("pelvis", ""))
-    carried = carrying.carry(motion, rig, bones, character.body_of(source).vertices)
+    carried = retargeting.retarget(motion, rig, bones, character.body_of(source).vertices)
     action = bpy.data.actions.new(f"{take.name} on {owner.name}")
     try:
         switched = _write(owner, rig, carried, action, start)
@@ -187,7 +187,7 @@ def _require_movable(owner: bpy.types.Object, pelvis: str) -> None:
 
 
 def _write(
-    owner: bpy.types.Object, rig: Rig, carried: carrying.Carried, action: bpy.types.Action, start: int
+    owner: bpy.types.Object, rig: Rig, carried: retargeting.Retargeted, action: bpy.types.Action, start: int
 ) -> int:
     """Key all bones that move, and rest values of channels that would interfere; return the number of switches set."""
     writer, pose = compat.CurveWriter(action, owner), owner.pose.bones
@@ -215,7 +215,7 @@ def _write(
     return len(switches)
 
 
-def _location(owner: bpy.types.Object, rig: Rig, carried: carrying.Carried) -> np.ndarray:
+def _location(owner: bpy.types.Object, rig: Rig, carried: retargeting.Retargeted) -> np.ndarray:
     """Return the pelvis bone's location channel (T, 3), along the bone's own axes or the armature's."""
     bone = carried.fit.links[0].bone
     if owner.data.bones[rig.names[bone]].use_local_location:

@@ -1,6 +1,6 @@
-"""Goals on an object by GoalNet (section 3.2), each put onto the real surface.
+"""Goals on an object, sampled by GoalNet (section 3.2) and snapped to its surface.
 
-Network frame, metres. A goal's direction is the root's heading: see scene/seats.py.
+Network frame, metres. The direction of a goal is the heading of the root: see scene/seats/.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import SampError
-from ...motion import Goal
+from ...motion import SEATED, Goal
 from ...scene.seats import seats
 from ...scene.seats.seats import Seat
 from ...scene.seats.support import SupportMap
@@ -21,19 +21,22 @@ from ...scene.voxels import InteractionGrid
 from .load_networks import load_goal_net
 
 ROUNDS = 6
-"""How often the network is asked again, for as many goals as are still missing and then some."""
+"""Rounds of samples; each draws a few more than the number of goals."""
 GOOD = 0.7
-"""Share of the best score on the object from which on a sample stays exactly where it is."""
+"""Share of the best score on the object above which a sample is not moved."""
 KEPT = 4
-"""Objects whose places are kept."""
+"""Objects in the cache."""
 MOST_SHIFT = 0.20
 """Metres by which a sampled goal may be moved to where the surface carries."""
 
 
 @dataclass(frozen=True)
 class GoalSamples:
-    """goals: as many as were asked for. by_geometry: how many of them, at the end of the list, come from the
-    search on the mesh because too few of the network's were supported. rejected: samples that were not."""
+    """Sampled goals.
+
+    by_geometry: how many of the goals, at the end of the list, come from the search on the mesh, because too few of the
+    network's samples were supported. rejected: how many samples were not supported.
+    """
 
     goals: list[Goal]
     by_geometry: int = 0
@@ -48,7 +51,7 @@ def sample_goals(
     obstacles: np.ndarray | None = None,
     floor_height: float | None = None,
 ) -> list[Goal]:
-    """Different goals for "sit" or "lie" on an object: the goals of draw_goals."""
+    """Return the goals of draw_goals."""
     return draw_goals(triangles, action, count, seed, obstacles, floor_height).goals
 
 
@@ -60,21 +63,22 @@ def draw_goals(
     obstacles: np.ndarray | None = None,
     floor_height: float | None = None,
 ) -> GoalSamples:
-    """GoalNet's samples, each moved onto the surface; those that nothing carries are drawn again.
+    """Sample different goals for "sit" or "lie" on an object with GoalNet, and snap each to the surface.
 
-    triangles: (F, 3, 3) of the object. obstacles: (G, 3, 3) of what else the body must not hit. floor_height: where
-    the character stands, metres; left out, the object's lowest point. The same seed gives the same goals. Where the
-    network finds too few, the search by geometry fills up. Raises SampError where nobody can sit or lie.
+    triangles: (F, 3, 3) of the object. count: number of goals. obstacles: (G, 3, 3) of everything else that the body
+    must not hit. floor_height: metres; the object's lowest point if omitted. The same seed gives the same goals.
+    Samples without support are drawn again; where the network finds too few, the search by geometry supplies the rest.
+    Raises SampError where there is no place to sit or lie.
     """
-    if action not in ("sit", "lie"):
+    if action not in SEATED:
         raise SampError(
             f"Goals on an object are for 'sit' and 'lie', not for '{action}'; choose one of these."
         )
     piece = _piece(triangles, action, obstacles, floor_height)
     support, found, grid = piece.support, piece.found, piece.grid
     if not found:
-        raise SampError(f"Nobody can {action} on this object; {_advice(action)}.")
-    # Samples are held to what the labels were held to: no much worse place than the object's best.
+        raise SampError(f"There is no place to {action} on this object; {_advice(action)}.")
+    # Samples meet the criterion of the training labels: not much worse than the object's best place.
     best = found[0].score
     least, enough = seats.MIN_SCORE_SHARE[action] * best, GOOD * best
     goals: list[Goal] = []
@@ -86,14 +90,15 @@ def draw_goals(
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)
-    # By turns through the best places, beginning at another one for each seed.
+    # Cycle through the best places, starting at a different one for each seed.
     goals += [found[(seed + k) % len(found)].goal for k in range(missing)]
     return GoalSamples(goals, missing, rejected)
 
 
 @dataclass(frozen=True)
 class _Piece:
-    """What all samples on an object share: what carries, the places found by geometry, and what the network sees."""
+    """What all samples on an object share: its support, the seats found by geometry, and the grid that the network
+    sees."""
 
     support: SupportMap
     found: list[Seat]
@@ -106,7 +111,7 @@ _pieces: OrderedDict[tuple, _Piece] = OrderedDict()
 def _piece(
     triangles: np.ndarray, action: str, obstacles: np.ndarray | None, floor_height: float | None
 ) -> _Piece:
-    """The object as it was looked at before, or looked at now: every take of a batch asks for it again."""
+    """Return the analysed object, cached: every take of a batch needs it."""
     digest = (
         lambda a: None if a is None else hashlib.blake2b(np.ascontiguousarray(a), digest_size=16).digest()
     )
@@ -114,7 +119,7 @@ def _piece(
     if key not in _pieces:
         support = seats.support_map(triangles, floor_height, obstacles)
         found = seats.seats_on_map(support, action, seats.MANY_SEATS)
-        # The front is the object's own, whatever stands around it.
+        # The front is that of the object alone, whatever stands around it.
         grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles)) if found else None
         _pieces[key] = _Piece(support, found, grid)
     _pieces.move_to_end(key)
@@ -124,13 +129,14 @@ def _piece(
 
 
 def _advice(action: str) -> str:
+    """Return what to do where there is no place for an action."""
     if action == "lie":
         return "choose one with a flat, free surface of about 1.7 x 0.5 m below 0.85 m"
     return "choose one with a flat, free seat between 0.25 and 0.85 m and room for the legs"
 
 
 def _network_samples(grid: InteractionGrid, action: str, count: int, seed: int) -> Iterator[Goal]:
-    """Goals in the world frame, a few more than are asked for at first, then round by round."""
+    """Yield goals in the world frame, ROUNDS times a few more than the count."""
     import torch
 
     from ....models import goal_net
@@ -144,7 +150,7 @@ def _network_samples(grid: InteractionGrid, action: str, count: int, seed: int) 
     with torch.no_grad():
         condition = net.condition(features, torch.tensor([goal_net.ACTIONS.index(action)]))
     for _ in range(ROUNDS):
-        # One row at a time, so that goal k of a seed does not depend on how many are asked for.
+        # One row at a time, so that goal k of a seed does not depend on the count.
         for _ in range(count + 4):
             z = torch.randn(1, goal_net.LATENT, generator=generator)
             with torch.no_grad():

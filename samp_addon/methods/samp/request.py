@@ -1,4 +1,4 @@
-"""What a method is asked for."""
+"""The request for one take of SAMP."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ...motion import Goal, Motion
 
 @dataclass(frozen=True)
 class Request:
-    """One take asked of a method; all in the network frame, metres, radians.
+    """Request for one take; network frame, metres, radians.
 
-    start_position: (3,) floor under the character; start_yaw: its facing. action: one of motion.ACTIONS.
-    goal: where the pelvis shall end; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
+    start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of motion.ACTIONS.
+    goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
     from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
-    seed: of its noise. hold_seconds: how long the action is held at its end. style: standard deviation of the
-    noise z, 0.1 as in SAMP. after: the motion that the take goes on from, at 30 frames a second; left out, the
-    character stands at the start.
+    seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the
+    noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it the character stands at
+    the start.
     """
 
     start_position: np.ndarray

@@ -1,4 +1,4 @@
-"""The way a character follows: a polyline on the floor, and the sub-goals along it (section 3.3)."""
+"""The route of a character: a polyline on the floor, and the sub-goals along it (section 3.3)."""
 
 from __future__ import annotations
 
@@ -7,24 +7,26 @@ from copy import copy
 
 import numpy as np
 
-from ...motion import ACTIONS, Goal
+from ...motion import ACTIONS, SEATED, Goal
 
 REACHED = 0.3  # metres at which a way-point counts as reached
-NEAR_GOAL = 0.5  # metres from the goal within which a corner is no goal of its own
-SAME_PLACE = 0.15  # corners closer than this to the end of the way are dropped
-STOPPING = 0.8  # metres before the end of a walk at which standing still becomes the goal
-AHEAD = 1.0  # metres of way on which a body is looked for from where it was
-SPEED_UP = 1.5  # m/s2 with which people set off
+NEAR_GOAL = 0.5  # metres from the goal within which a corner is not a sub-goal
+SAME_PLACE = 0.15  # metres from the end of the route within which corners are dropped
+STOPPING = 0.8  # metres before the end of a walk at which the goal becomes to stand still
+AHEAD = 1.0  # metres of the route, from the last known place on, that are searched for a body
+SPEED_UP = 1.5  # m/s^2 at which people set off
 STANDS_AHEAD = 0.20
-"""Metres from the seated pelvis forward to where it stood before: median 0.16 of the captured sits, 90 % 0.22."""
+"""Metres from the seated pelvis forward to where it stood before; in captured sits the median is 0.16, 90 % are below
+0.22."""
 
 
 class Route:
-    """Way-points on the floor (N, 3) from the start to the goal, and the goals (N, 11) they make.
+    """The route of one take; network frame, metres.
 
-    The way to a seat ends where a body stands before it sits down, the way to a bed beside it; end_yaw is the facing
-    there, radians. A goal row is world position 3, direction 3, one-hot action 5. The last row is the action's own
-    goal. radii (N,): how near a goal counts as reached; along (N,): how far along the way it lies; metres.
+    points: (M, 3) on the floor, from the start to the end. goals: (N, 11), the sub-goals and, last, the goal: world
+    position 3, direction 3, one-hot action 5. radii: (N,) within which a goal counts as reached. along: (N,) distance
+    of each along the route. A route to a seat ends where a body stands before it sits down, one to a bed beside the
+    bed; end_yaw is the facing there, radians.
     """
 
     def __init__(self, start: np.ndarray, waypoints: np.ndarray, goal: Goal, action: str) -> None:
@@ -33,7 +35,7 @@ class Route:
         flat = lambda a, b: float(np.linalg.norm((a - b)[[0, 2]]))
         if corners and flat(corners[0], start) < REACHED:
             corners = corners[1:]
-        on_floor = action not in ("sit", "lie")
+        on_floor = action not in SEATED
         end, out = place, direction
         if action == "sit":
             end = place + STANDS_AHEAD * direction
@@ -55,11 +57,11 @@ class Route:
 
     @property
     def length(self) -> float:
-        """Metres from the start to the end of the way."""
+        """Return the metres from start to end."""
         return float(self.lengths[-1])
 
     def _goals(self, goal: Goal, action: str, on_floor: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Goal rows, how near counts as reached, and how far along the way each lies."""
+        """Return goals, radii and along."""
         gait = np.eye(5)[ACTIONS.index("run" if action == "run" else "walk")]
         rows, radii, along = [], [], []
         for k in range(1, len(self.points) - 1):
@@ -73,7 +75,7 @@ class Route:
         height = 0.0 if on_floor else goal.position[1] - self.points[-1][1]
         place = np.array([goal.position[0], height, goal.position[2]])
         if on_floor and self.length > STOPPING:
-            # Nobody stands still from afar: the end of the way is first walked towards.
+            # Use a walk sub-goal until near; a distant idle goal stops too early.
             rows.append(np.concatenate([place, goal.direction, gait]))
             radii.append(STOPPING)
             along.append(self.length)
@@ -82,17 +84,19 @@ class Route:
         return np.array(rows), np.array([*radii, 0.0]), np.array([*along, self.length])
 
     def heights(self, positions: np.ndarray, travelled: np.ndarray) -> np.ndarray:
-        """Floor heights (T,) under a root's floor positions (T, 2), in order of time. travelled: (T,) metres along the
-        way at which the root was about then, so that none is found on a stretch that crosses this one."""
+        """Return the floor heights (T,) under floor positions (T, 2) of a root, in order of time.
+
+        travelled: (T,) approximate metres along the route, which select the stretch where a route crosses itself.
+        """
         if np.ptp(self.points[:, 1]) < 1e-9:
             return np.full(len(positions), self.points[0, 1])
-        routes = Routes([self]).only(np.zeros(len(positions), int))
+        routes = Routes([self]).select(np.zeros(len(positions), int))
         along = routes.project(positions, np.maximum(travelled - AHEAD / 2, 0.0))
         return np.interp(np.maximum.accumulate(along), self.lengths, self.points[:, 1])
 
 
-def together(rows: Sequence[np.ndarray]) -> np.ndarray:
-    """Arrays (N, ...) of different lengths N as one (B, longest N, ...), the last row of each repeated."""
+def pad_rows(rows: Sequence[np.ndarray]) -> np.ndarray:
+    """Stack arrays (N, ...) of different lengths N as (B, max N, ...), repeating the last row of each."""
     count = max(len(values) for values in rows)
     return np.stack(
         [np.concatenate([values, np.repeat(values[-1:], count - len(values), 0)]) for values in rows]
@@ -100,36 +104,38 @@ def together(rows: Sequence[np.ndarray]) -> np.ndarray:
 
 
 class Routes:
-    """Several routes, asked together: as a batch is rolled out, thousands of questions are asked of each.
+    """Several routes, queried as a batch.
 
-    length, end_yaw: (B,), see Route.
+    points: (B, N, 2), x and z. lengths: (B, N) along the route. length, end_yaw: (B,), see Route.
     """
 
     def __init__(self, routes: Sequence[Route]) -> None:
-        self.points = together([route.points[:, [0, 2]] for route in routes])  # (B, N, 2)
-        self.lengths = together([route.lengths for route in routes])
+        self.points = pad_rows([route.points[:, [0, 2]] for route in routes])
+        self.lengths = pad_rows([route.lengths for route in routes])
         self.length = self.lengths[:, -1]
         self.end_yaw = np.array([route.end_yaw for route in routes])
         self._legs = np.diff(self.points, axis=1)
         self._sizes = np.maximum(np.diff(self.lengths, axis=1), 1e-9)
 
-    def only(self, rows: np.ndarray) -> Routes:
-        """Some of them."""
+    def select(self, rows: np.ndarray) -> Routes:
+        """Return some of the routes."""
         part = copy(self)
         for name, values in vars(self).items():
             setattr(part, name, values[rows])
         return part
 
     def at(self, distance: np.ndarray) -> np.ndarray:
-        """Points (B, K, 2) at distances (B, K) along the ways, clamped to their ends."""
+        """Return the points (B, K, 2) at distances (B, K) along the routes, clamped to their ends."""
         row = np.arange(len(distance))[:, None]
         leg = (distance[..., None] >= self.lengths[:, None, 1:-1]).sum(-1)
         share = (distance - self.lengths[row, leg]) / self._sizes[row, leg]
         return self.points[row, leg] + np.clip(share, 0, 1)[..., None] * self._legs[row, leg]
 
     def project(self, positions: np.ndarray, behind: np.ndarray) -> np.ndarray:
-        """Distances (B,) along the ways of their closest points to positions (B, 2), from ``behind`` (B,) to AHEAD
-        metres on."""
+        """Return the distances (B,) along the routes of their closest points to positions (B, 2).
+
+        The stretches from ``behind`` (B,) to AHEAD metres farther are searched.
+        """
         begin, sizes = self.lengths[:, :-1], self._sizes
         first = (behind[:, None] - begin) / sizes
         last = (np.minimum(behind + AHEAD, self.length)[:, None] - begin) / sizes
@@ -140,4 +146,4 @@ class Routes:
         gap[(first > 1) | (last < 0)] = np.inf
         best = gap.argmin(1)[:, None]
         along = np.take_along_axis(begin + share * sizes, best, 1)[:, 0]
-        return np.maximum(along, behind)  # for rounding
+        return np.maximum(along, behind)  # rounding

@@ -1,4 +1,4 @@
-"""What a raw rollout lacks: its end exactly on the goal, feet that stand, and the heights of the way."""
+"""Finishing of a raw rollout: its end exactly on the goal, locked feet, and the heights of its floor."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 
 from .... import frames, rotation
 from ....easing import smoothstep
-from ....motion import ACTIONS, Motion
+from ....motion import ACTIONS, SEATED, Motion
 from ....refine.feet.foot_lock import lock_feet
 from ..route import Route
 from .resting import RestingTop
 from .seat_edge import SeatFront
 
-LAST_STRETCH = 1.2  # metres of way before the goal over which its remaining error is made up
-SMOOTHING = 1.5  # frames of 30 a second
-HARDLY_LOWER = 0.08  # metres by which a seated pelvis is lower than a standing one at least
-PERCHING = 30.0  # frames of 30 a second in which somebody moves back onto a high stool
-SEATED = 0.5  # weight of the action from which the character counts as sitting or lying
+LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining error is removed
+SMOOTHING = 1.5  # frames at 30 fps
+MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; less is a high stool
+PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
+BUSY = 0.5  # weight of the action above which the character is sitting or lying
 
 
 def interaction_start(motion: Motion, action: str) -> int | None:
-    """First frame of the last spell in which the action has more than half the weight; None for walking."""
-    if action not in ("sit", "lie"):
+    """Return the first frame of the last run in which the action has more than half the weight; None for walking."""
+    if action not in SEATED:
         return None
-    busy = motion.actions[:, ACTIONS.index(action)] > SEATED
+    busy = motion.actions[:, ACTIONS.index(action)] > BUSY
     idle = np.flatnonzero(~busy)
     return int(min(idle[-1] + 1, len(motion) - 1)) if len(idle) else 0
 
@@ -38,10 +38,10 @@ def finish(
     front: SeatFront | None = None,
     top: RestingTop | None = None,
 ) -> Motion:
-    """The take as it is handed out: on its goal, feet locked, at the heights of its floor.
+    """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
-    travelled: (T,) metres along the route at which the rollout was. front: of the seat; the route's goal lies by its
-    stand-off in front of where the pelvis shall be. top: of the piece that the body rests on.
+    travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
+    final place of the pelvis. top: of the object that the body rests on.
     """
     motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
@@ -55,19 +55,19 @@ def finish(
 
 
 def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:
-    """The motion whose pelvis goes back by the seat's stand-off while it sinks, shins in front of the seat."""
+    """Move the pelvis back by the seat's stand-off while it sinks, and the shins in front of the seat."""
     back = -front.stand_off * goal[3:6]
     motion = replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
     return front.clear_shins(motion, np.concatenate([goal[:3] + back, goal[3:]]))
 
 
 def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:
-    """The motion without the network's tremble: a Gaussian over time, sigma in frames, before the feet are locked."""
+    """Return the motion without the network's jitter, under a Gaussian over time; sigma in frames."""
     return motion.smoothed(sigma)
 
 
 def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
-    """Makes up what is left of the distance and turn to the goal, spread over the last stretch of the way.
+    """Remove the remaining distance and turn to the goal, spread over the last stretch of the route.
 
     goal: row of Route.goals. A seated pelvis ends on the goal's position, a standing one above it.
     """
@@ -76,10 +76,10 @@ def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
     yaw = float(frames.direction_yaw(goal[3:6]))
     turn = frames.wrap_angle(yaw - _mean_yaw(motion, tail))
     missing = goal[:3] - end
-    if action not in ("sit", "lie"):
+    if action not in SEATED:
         missing[1] = 0.0
     weight = _approach_weight(motion.root)
-    # The turn is about the pelvis, so that position and facing can be mended one after the other.
+    # The turn is about the pelvis, so that position and facing can be corrected separately.
     q = rotation.about_y(weight * turn)
     rotations = motion.rotations.copy()
     rotations[:, 0] = rotation.multiply(q, rotations[:, 0])
@@ -89,7 +89,7 @@ def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
 
 
 def _approach_weight(root: np.ndarray) -> np.ndarray:
-    """0 before the last stretch of the way, 1 at its end, smooth in the way walked (T,)."""
+    """Return weights (T,) that rise smoothly with the distance walked, 0 before the last stretch, 1 at its end."""
     steps = np.linalg.norm(np.diff(root[:, [0, 2]], axis=0), axis=-1)
     left = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
     left = np.maximum(left - left[max(0, len(left) - 15)], 0.0)
@@ -97,11 +97,14 @@ def _approach_weight(root: np.ndarray) -> np.ndarray:
 
 
 def _lift_weight(motion: Motion) -> np.ndarray:
-    """0 while standing, 1 seated, following the pelvis on its way down (T,); on a stool as high as standing, time."""
+    """Return weights (T,), 0 while standing and 1 seated, that follow the pelvis on its way down.
+
+    On a stool so high that the pelvis hardly sinks they follow time.
+    """
     height = motion.root[:, 1]
     low = height[-15:].mean()
     high = np.percentile(height[: max(motion.interaction_start, 1)], 50)
-    if high - low < HARDLY_LOWER:
+    if high - low < MIN_SINKING:
         return smoothstep((np.arange(len(motion)) - motion.interaction_start + 15) / PERCHING)
     weight = smoothstep((high - height) / (high - low))
     weight[: max(motion.interaction_start - 15, 0)] = 0
@@ -109,6 +112,7 @@ def _lift_weight(motion: Motion) -> np.ndarray:
 
 
 def _mean_yaw(motion: Motion, part: slice) -> float:
+    """Return the mean facing, radians, in some frames."""
     positions, _ = replace(motion, root=motion.root[part], rotations=motion.rotations[part], contacts=None,
                            actions=None).forward_kinematics()  # fmt: skip
     across = positions[:, 1] - positions[:, 2] + positions[:, 16] - positions[:, 17]

@@ -1,7 +1,7 @@
-"""Limbs on what a body rests on, and beside what it leans against, not in it: pillows, armrests, backs of sofas.
+"""Clearance of limbs from the object that a body rests on: pillows, mattresses, armrests, backs of sofas.
 
-Nobody was captured on a mattress or in an armchair. A limb that the rollout puts inside one is turned about its upper
-joint until it is out: upwards onto the top, or, where that is nearer, aside.
+No motion was captured on a mattress or in an armchair. A limb that the rollout puts inside one is turned about its
+upper joint until it is out: upwards onto the top or, where that is shorter, sideways.
 """
 
 from __future__ import annotations
@@ -24,37 +24,41 @@ from ....refine.feet.foot import sole_points, toe_tips
 from ....refine.inverse_kinematics import at_height, solve_limb
 from ....scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
 
-CELL = 0.03
-LEVEL = 0.04  # metres of height between two looks for a way aside
-HEADROOM = 0.55  # metres over the seat or mattress; what is higher is not touched
-# Upper joint, lower joint, metres from the lower joint to the skin that it lies on: from the trunk outwards.
+CELL = 0.03  # metres
+LEVEL = 0.04  # metres between the heights at which ways out of walls are known
+HEADROOM = 0.55  # metres over the seat or mattress, above which the object is ignored
+# Upper joint, lower joint, metres from the lower joint to the skin that it lies on; from the trunk outwards.
 ARMS = (("shoulder", "elbow", 0.04), ("elbow", "wrist", 0.035), ("wrist", "middle2", 0.02))
 BONES = {
     "sit": ARMS,
     "lie": (("spine1", "spine3", 0.10), ("spine3", "head", 0.10), ("hip", "knee", 0.065), ("knee", "ankle", 0.065),
             *ARMS),
 }  # fmt: skip
-TOPS = {"sit": (-0.05, 0.30), "lie": (-0.12, 0.22)}  # metres about the seat or mattress that count as its top
-MOST = 0.16  # metres by which a joint is raised; twice as deep it is beside the piece, not in it
-MOST_ASIDE = 0.28
-WALL = 0.05  # metres over the seat or mattress from which on things are left aside
-BELOW = 0.15  # metres under it down to which a joint may be in a wall
-SOONER, EVENLY = 9, 4.0  # frames: window and standard deviation over which limbs give way
-SOLE = 0.01  # metres that a sole keeps off a wall
-UPRIGHT = 0.15  # metres over the seated pelvis from which somebody stands
-SHIN_STEP = 0.06  # of a shin, between two looks for a wall
+TOPS = {
+    "sit": (-0.05, 0.30),
+    "lie": (-0.12, 0.22),
+}  # metres, relative to the seat or mattress, of heights that limbs can lie on
+MAX_LIFT = 0.16  # metres by which a joint is raised; one twice as deep is off the object, not in it
+MAX_ASIDE = 0.28  # metres by which a joint is moved sideways
+WALL = 0.05  # metres over the seat or mattress above which a height is a wall
+BELOW = 0.15  # metres under the seat or mattress down to which a joint can be in a wall
+WINDOW, SIGMA = 9, 4.0  # frames over which corrections begin early, and are smoothed
+SOLE = 0.01  # metres between a sole and a wall
+UPRIGHT = 0.15  # metres over the seated pelvis above which a body stands
+SHIN_STEP = 0.06  # share of a shin between two samples
 SHIN = 0.05  # metres from the middle of a shin to its skin
-MOST_BESIDE = 0.3  # metres by which a body keeps off
-GIVE = 0.005  # metres that flesh and cushion give way under the pelvis
-UNSURE = 0.03  # metres moved at which half of a bone's direction over the floor is its own
-REACH = 1.3  # metres on the floor around the goal in which limbs are looked after
+MAX_KEEP_OFF = 0.3  # metres by which a body is moved away from the side of the object
+GIVE = 0.005  # metres that flesh and cushion yield under the pelvis
+UNSURE = 0.03  # metres of correction at which half of a bone's horizontal direction is smoothed
+REACH = 1.3  # horizontal metres around the goal within which limbs are corrected
 
 
 @dataclass(frozen=True)
 class RestingTop:
-    """Heights (X, Z) of a piece over the floor, minus infinity where it is not; corner (2,): x and z.
+    """Height map of an object that a body rests on; metres over the floor.
 
-    level: of the seat or mattress. low, high: between these the heights are a top that limbs may lie on.
+    heights: (X, Z), minus infinity outside of the object. corner: (2,) x and z. level: of the seat or mattress. low,
+    high: bounds of the heights that limbs can lie on. action: "sit" or "lie".
     """
 
     heights: np.ndarray
@@ -66,7 +70,7 @@ class RestingTop:
 
     @classmethod
     def of(cls, points: np.ndarray, goal: Goal, floor: float) -> RestingTop:
-        """The top of a piece, told by points (N, 3) on its surface, about a goal, over a floor at this height."""
+        """Map the object with points (N, 3) on its surface, for a goal on it and a floor at this height."""
         lift = SEAT_TO_PELVIS if goal.action == "sit" else BED_TO_PELVIS
         level = float(goal.position[1]) - lift - floor
         corner = points[:, [0, 2]].min(0)
@@ -76,20 +80,20 @@ class RestingTop:
         top = np.full(int(np.prod(shape)), -np.inf)
         np.maximum.at(top, cells, points[:, 1] - floor)
         top = top.reshape(shape)
-        # Samples miss a cell of the top now and then and hit only its bottom.
+        # Now and then the samples of a cell miss its top and hit only its bottom.
         top = minimum_filter(maximum_filter(np.pad(top, 1, constant_values=-np.inf), 3), 3)[1:-1, 1:-1]
         below, above = TOPS[goal.action]
         return cls(top, corner, level, level + below, level + above, goal.action)
 
     def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cell indices of places (T, 2), and which are on the grid."""
+        """Return the cell indices x and z of places (T, 2), and flags of those on the grid."""
         at = np.floor((places - self.corner) / CELL).astype(int)
         inside = ((at >= 0) & (at < self.heights.shape)).all(-1)
         x, z = np.clip(at, 0, np.array(self.heights.shape) - 1).T
         return x, z, inside
 
     def missing(self, joint: np.ndarray, thick: float | np.ndarray) -> np.ndarray:
-        """Metres (T,) by which a joint (T, 3) is too low to lie on the top; 0 where that is not below it.
+        """Return the metres (T,) by which a joint (T, 3) is too low to lie on the top; 0 where there is no top below.
 
         thick: metres from the joint to its skin, one number or (T,).
         """
@@ -100,12 +104,12 @@ class RestingTop:
 
     @cached_property
     def _ways_out(self) -> np.ndarray:
-        """For heights LEVEL apart from WALL over the seat up: the nearest cell (K, 2, X, Z) that is not higher."""
+        """Return the nearest cells (K, 2, X, Z) below each of K levels, LEVEL apart, from WALL over the seat up."""
         levels = self.level + np.arange(WALL, HEADROOM, LEVEL)
         return np.array([_nearest_free(self.heights > level) for level in levels])
 
     def aside(self, joint: np.ndarray, thick: float) -> np.ndarray:
-        """Way (T, 2) over the floor, metres, by which a joint (T, 3) comes out of a wall that it is in."""
+        """Return the horizontal offset (T, 2) that moves a joint (T, 3) out of the wall that it is in."""
         x, z, inside = self._cells(joint[:, [0, 2]])
         height = joint[:, 1] - thick - self.level
         step = np.clip(np.floor((height - WALL) / LEVEL).astype(int), 0, len(self._ways_out) - 1)
@@ -114,24 +118,26 @@ class RestingTop:
         way = self.corner + (nearest + 0.5) * CELL - joint[:, [0, 2]]
         length = np.linalg.norm(way, axis=-1, keepdims=True)
         way *= 1 + thick / np.maximum(length, CELL)
-        return np.where((inside & wall & (height > -BELOW) & (length[:, 0] < MOST_ASIDE))[:, None], way, 0.0)
+        return np.where((inside & wall & (height > -BELOW) & (length[:, 0] < MAX_ASIDE))[:, None], way, 0.0)
 
     def cleared(self, motion: Motion, goal: np.ndarray) -> Motion:
-        """The motion, over a floor at height 0, with its limbs out of the piece. goal: row of Route.goals."""
+        """Return the motion with its limbs out of the object. goal: row of Route.goals. The floor is at height 0."""
         near = np.linalg.norm(motion.root[:, [0, 2]] - goal[[0, 2]], axis=-1) < REACH
         if self.action == "lie":
-            motion = self._on_top(self._beside(motion, near), near)
+            motion = self._raise_pelvis(self._keep_off(motion, near), near)
         else:
-            # Who turns in front of a seat does not stand in it; who sinks onto it may.
-            motion = self._beside(motion, near & (motion.root[:, 1] > self.level + SEAT_TO_PELVIS + UPRIGHT))
+            # Standing bodies are moved out of the seat; sinking ones may be inside its edge.
+            motion = self._keep_off(
+                motion, near & (motion.root[:, 1] > self.level + SEAT_TO_PELVIS + UPRIGHT)
+            )
         for upper, lower, thick in BONES[self.action]:
-            sideways = upper not in skeleton.INDEX  # the trunk's bones have no sides and stay in their middle
+            sideways = upper not in skeleton.INDEX  # bones of the trunk have no side, and are only raised
             for side in ("right_", "left_") if sideways else ("",):
-                motion = self._out(motion, side + upper, side + lower, thick, near, sideways)
-        return self._feet_out(motion, near) if self.action == "lie" else motion
+                motion = self._clear_bone(motion, side + upper, side + lower, thick, near, sideways)
+        return self._clear_feet(motion, near) if self.action == "lie" else motion
 
-    def _feet_out(self, motion: Motion, near: np.ndarray) -> Motion:
-        """The motion whose knees bend as far as soles would else be in an armrest or a board at the foot."""
+    def _clear_feet(self, motion: Motion, near: np.ndarray) -> Motion:
+        """Bend the knees as far as soles would otherwise be in an armrest or a footboard. near: (T,) flags."""
         for side in ("right", "left"):
             positions, globals_ = motion.forward_kinematics()
             rest = motion.rest_joints
@@ -144,7 +150,7 @@ class RestingTop:
                 away[more] = way[more]
             if not away.any():
                 continue
-            away = gaussian_filter1d(away, EVENLY, axis=0, mode="nearest")
+            away = gaussian_filter1d(away, SIGMA, axis=0, mode="nearest")
             target = positions[:, skeleton.INDEX[f"{side}_ankle"]] + np.column_stack(
                 [away[:, 0], np.zeros(len(away)), away[:, 1]]
             )
@@ -152,39 +158,39 @@ class RestingTop:
             motion = replace(motion, rotations=rotations)
         return motion
 
-    def _beside(self, motion: Motion, near: np.ndarray) -> Motion:
-        """The motion whose body keeps so far off a bed that shins below its top are not in it."""
+    def _keep_off(self, motion: Motion, near: np.ndarray) -> Motion:
+        """Move the body so far off the object that shins below its top are not inside. near: (T,) flags."""
         positions, _ = motion.forward_kinematics()
         out = np.zeros((len(motion), 2))
         for side in ("right", "left"):
             knee, ankle = (positions[:, skeleton.INDEX[f"{side}_{name}"]] for name in ("knee", "ankle"))
             for share in (0.0, 0.5, 1.0):
                 point = ankle + share * (knee - ankle)
-                way = self._out_of_the_side(point)
+                way = self._off_the_side(point)
                 more = np.linalg.norm(way, axis=-1) > np.linalg.norm(out, axis=-1)
                 out[more & near] = way[more & near]
         if not out.any():
             return motion
         distance = np.linalg.norm(out, axis=-1)
-        # The same way all along, so that bodies do not weave.
+        # One direction for all frames, so that bodies do not weave.
         mean = (out * distance[:, None]).sum(0)
         mean /= max(float(np.linalg.norm(mean)), 1e-9)
         far = np.maximum(out @ mean, 0.0)
-        far = anticipate(far, 2 * SOONER, 1.5 * EVENLY)
+        far = anticipate(far, 2 * WINDOW, 1.5 * SIGMA)
         return replace(motion, root=motion.root + far[:, None] * np.array([mean[0], 0.0, mean[1]]))
 
-    def _out_of_the_side(self, point: np.ndarray) -> np.ndarray:
-        """Way (T, 2) over the floor by which points (T, 3) below the top come out over its nearest edge."""
+    def _off_the_side(self, point: np.ndarray) -> np.ndarray:
+        """Return the horizontal offset (T, 2) that moves points (T, 3) below the top out over its nearest edge."""
         x, z, inside = self._cells(point[:, [0, 2]])
-        below = inside & (point[:, 1] < self.level - MOST) & (self.heights[x, z] > self.low)
-        nearest = self._ways_beside[:, x, z].T
+        below = inside & (point[:, 1] < self.level - MAX_LIFT) & (self.heights[x, z] > self.low)
+        nearest = self._nearest_outside[:, x, z].T
         way = self.corner + (nearest + 0.5) * CELL - point[:, [0, 2]]
         length = np.linalg.norm(way, axis=-1, keepdims=True)
-        way *= np.minimum(length + SHIN, MOST_BESIDE) / np.maximum(length, 1e-6)
+        way *= np.minimum(length + SHIN, MAX_KEEP_OFF) / np.maximum(length, 1e-6)
         return np.where(below[:, None], way, 0.0)
 
     def _short_of_wall(self, knee: np.ndarray, sole: np.ndarray) -> np.ndarray:
-        """Way (T, 2) over the floor, metres, by which a sole (T, 3) comes back to its knee's side of a wall."""
+        """Return the horizontal offset (T, 2) that brings a sole (T, 3) back to its knee's side of a wall."""
         shin = (sole - knee)[:, [0, 2]]
         out = np.zeros((len(sole), 2))
         for share in np.arange(1.0, 0.0, -SHIN_STEP):
@@ -193,57 +199,58 @@ class RestingTop:
             height = sole[:, 1] - SOLE - self.level
             wall = inside & (self.heights[x, z] - self.level > np.maximum(height, WALL)) & (height > -BELOW)
             out[wall] = (share - SHIN_STEP - 1.0) * shin[wall]
-        short = np.linalg.norm(out, axis=-1, keepdims=True) < MOST_ASIDE
+        short = np.linalg.norm(out, axis=-1, keepdims=True) < MAX_ASIDE
         return np.where(short, out, 0.0)
 
     @cached_property
-    def _ways_beside(self) -> np.ndarray:
-        """The nearest cell (2, X, Z) that is not on the piece."""
+    def _nearest_outside(self) -> np.ndarray:
+        """Return the nearest cells (2, X, Z) outside of the object."""
         return _nearest_free(self.heights > self.low)
 
-    def _on_top(self, motion: Motion, near: np.ndarray) -> Motion:
-        """The motion whose pelvis, sitting on the edge or lying, is not lower than buttocks or back allow."""
+    def _raise_pelvis(self, motion: Motion, near: np.ndarray) -> Motion:
+        """Raise a pelvis that sits on the edge, or lies, lower than buttocks or back allow. near: (T,) flags."""
         _, globals_ = motion.forward_kinematics()
         upright = rotation.quaternion_to_matrix(globals_[:, skeleton.INDEX["spine1"]])[:, 1, 1]
         thick = BED_TO_PELVIS + (SEAT_TO_PELVIS - BED_TO_PELVIS) * smoothstep(upright) - GIVE
-        missing = np.where(near, _within_reason(self.missing(motion.root, thick)), 0.0)
+        missing = np.where(near, _lift_in_reach(self.missing(motion.root, thick)), 0.0)
         if not missing.any():
             return motion
-        lift = anticipate(missing, SOONER, EVENLY)
+        lift = anticipate(missing, WINDOW, SIGMA)
         return replace(motion, root=motion.root + lift[:, None] * np.array([0.0, 1.0, 0.0]))
 
-    def _out(
+    def _clear_bone(
         self, motion: Motion, upper: str, lower: str, thick: float, near: np.ndarray, sideways: bool
     ) -> Motion:
-        joint = _end(motion, upper, lower)
+        """Turn the bone between two joints out of the object, upwards or, where allowed, sideways. near: (T,) flags."""
+        joint = bone_end(motion, upper, lower)
         missing = np.where(near, self.missing(joint, thick), 0.0)
-        up = _within_reason(missing)
+        up = _lift_in_reach(missing)
         away = np.zeros((len(motion), 2))
         if sideways:
             away = np.where(near[:, None], self.aside(joint, thick), 0.0)
-            # A little is raised onto the mattress, even beside its edge; a wall is left by the shorter way.
+            # Shallow limbs are raised onto the mattress, even near its edge; walls are left by the shorter way.
             distance = np.linalg.norm(away, axis=-1)
-            rather_up = (missing > 0) & (missing < np.maximum(distance, 0.5 * MOST))
+            rather_up = (missing > 0) & (missing < np.maximum(distance, 0.5 * MAX_LIFT))
             up, away = np.where(rather_up | (distance == 0), up, 0.0), np.where(rather_up[:, None], 0.0, away)
         if not (up.any() or away.any()):
             return motion
-        up = anticipate(up, SOONER, EVENLY)
-        return turned(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]), EVENLY)
+        up = anticipate(up, WINDOW, SIGMA)
+        return _turn_bone(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]))
 
 
 def _nearest_free(solid: np.ndarray) -> np.ndarray:
-    """For each cell of a grid (X, Z) the nearest one (2, X, Z) that is not solid; all around the grid is free."""
+    """Return the nearest free cell (2, X, Z) of each cell of a grid (X, Z); outside the grid all is free."""
     found = distance_transform_edt(np.pad(solid, 1), return_distances=False, return_indices=True)
     return found[:, 1:-1, 1:-1] - 1
 
 
-def _within_reason(missing: np.ndarray) -> np.ndarray:
-    """Heights (T,) by which joints are raised that are so much too low: what is much too low is beside the piece."""
-    return np.maximum(np.minimum(missing, 2 * MOST - missing), 0.0)
+def _lift_in_reach(missing: np.ndarray) -> np.ndarray:
+    """Return the lifts (T,) of joints too low by ``missing`` (T,): one that is much too low is off the object."""
+    return np.maximum(np.minimum(missing, 2 * MAX_LIFT - missing), 0.0)
 
 
-def _end(motion: Motion, upper: str, lower: str) -> np.ndarray:
-    """World place (T, 3) of a bone's lower joint; fingers are as straight as in the rest pose."""
+def bone_end(motion: Motion, upper: str, lower: str) -> np.ndarray:
+    """Return the world position (T, 3) of a bone's lower joint; fingers are as straight as in the rest pose."""
     positions, globals_ = motion.forward_kinematics()
     a, b = skeleton.INDEX[upper], skeleton.INDEX[lower]
     if b < positions.shape[1]:
@@ -254,26 +261,27 @@ def _end(motion: Motion, upper: str, lower: str) -> np.ndarray:
     )
 
 
-def turned(motion: Motion, upper: str, end: np.ndarray, way: np.ndarray, evenly: float) -> Motion:
-    """The motion with a joint turned so that a place (T, 3) on its bone goes some way (T, 3), metres.
+def _turn_bone(motion: Motion, upper: str, end: np.ndarray, offset: np.ndarray) -> Motion:
+    """Turn a joint so that a point (T, 3) on its bone moves by an offset (T, 3), metres.
 
-    evenly: frames, standard deviation over which the way over the floor is smoothed.
+    The horizontal part of the offset is smoothed over SIGMA frames.
     """
     a = skeleton.INDEX[upper]
     positions, globals_ = motion.forward_kinematics()
-    way = way.copy()
-    way[:, [0, 2]] = gaussian_filter1d(way[:, [0, 2]], evenly, axis=0, mode="nearest")
+    offset = offset.copy()
+    offset[:, [0, 2]] = gaussian_filter1d(offset[:, [0, 2]], SIGMA, axis=0, mode="nearest")
     bone = end - positions[:, a]
     length = np.linalg.norm(bone, axis=-1)
-    # The height is reached exactly as far as the bone's length allows; one that is upright already stays.
+    # The height is reached as far as the bone's length allows; upright bones stay upright.
     most = np.maximum(0.98 * length, np.abs(bone[:, 1]))
-    rise = np.clip(bone[:, 1] + way[:, 1], -most, most)
-    flat = (bone + way)[:, [0, 2]]
-    # Bones that hang or stand have no direction over the floor of their own; theirs comes from before and after.
-    share = (np.linalg.norm(way, axis=-1) / (np.linalg.norm(way, axis=-1) + UNSURE))[:, None]
-    flat = flat + share * (gaussian_filter1d(flat, 1.5 * evenly, axis=0, mode="nearest") - flat)
-    about = rotation.between(bone, at_height(bone, rise, flat))
+    rise = np.clip(bone[:, 1] + offset[:, 1], -most, most)
+    flat = (bone + offset)[:, [0, 2]]
+    # The horizontal direction of upright bones is arbitrary; it is taken from the frames before and after.
+    length = np.linalg.norm(offset, axis=-1)
+    share = (length / (length + UNSURE))[:, None]
+    flat = flat + share * (gaussian_filter1d(flat, 1.5 * SIGMA, axis=0, mode="nearest") - flat)
+    turn = rotation.between(bone, at_height(bone, rise, flat))
     parent = globals_[:, skeleton.PARENTS[a]]
     rotations = motion.rotations.copy()
-    rotations[:, a] = rotation.multiply(rotation.conjugate(parent), rotation.multiply(about, globals_[:, a]))
+    rotations[:, a] = rotation.multiply(rotation.conjugate(parent), rotation.multiply(turn, globals_[:, a]))
     return replace(motion, rotations=rotations)

@@ -1,9 +1,9 @@
-"""The front of a seat: how far before it a body stands, and where shins and feet have room while it sits.
+"""The front of a seat: how far in front of it a body stands, and where shins and feet have room while it sits.
 
-The captured sits are on stools: people stand with the seat against their calves, 20 cm in front of where the pelvis
-will be, and pull their feet in below the seat. On a deep seat that place is inside the cushion, and a sofa has no
-room below it. So the rollout is given a goal further forward, the pelvis goes back by the rest while it sinks, and
-feet that would be inside the seat are moved out of it.
+The captured sits are on stools: people stand with the seat against their calves, 20 cm in front of the final place of
+the pelvis, and pull their feet in below the seat. On a deep seat that place is inside the cushion, and a sofa has no
+room below it. So the goal of the rollout is farther forward, the pelvis moves back by the difference while it sinks,
+and feet that would be inside the seat are moved out of it.
 """
 
 from __future__ import annotations
@@ -20,19 +20,22 @@ from ....scene.seats.postures import SEAT_TO_PELVIS
 from ..route import STANDS_AHEAD
 
 CALF_BEHIND = 0.07  # metres from the standing pelvis back to the calves' skin
-MOST = 0.30
+MAX_STAND_OFF = 0.30
 SHIN = 0.065  # metres from the line of knee and ankle to the calf's skin
-MOST_FORWARD = 0.30  # metres by which a foot is moved
-CLOSE = 0.6  # metres on the floor from the pelvis to the goal within which a body is sitting down
-STEP = 0.04  # metres of height between two looks at the front
-SOONER, EVENLY = 15, 4.0  # frames: window and standard deviation over which feet give way
+MAX_FORWARD = 0.30  # metres by which a foot is moved
+CLOSE = 0.6  # horizontal metres from the pelvis to the goal within which a body is sitting down
+STEP = 0.04  # metres of height between two samples of the front
+WINDOW, SIGMA = 15, 4.0  # frames over which corrections of feet begin early, and are smoothed
 _HALF_WIDTH = 0.16
 
 
 @dataclass(frozen=True)
 class SeatFront:
-    """The front of a piece below and at a seat, metres. heights (H,) above the floor; edge (H,) ahead of the seated
-    pelvis at these heights, minus infinity where nothing is; seat_edge: that of the seat itself."""
+    """The front of an object below and at its seat, metres.
+
+    heights: (H,) above the floor. edge: (H,) how far the object extends in front of the seated pelvis at these
+    heights, minus infinity where there is nothing. seat_edge: how far the seat itself does.
+    """
 
     heights: np.ndarray
     edge: np.ndarray
@@ -40,8 +43,10 @@ class SeatFront:
 
     @classmethod
     def of(cls, points: np.ndarray, goal: Goal, floor: float) -> SeatFront:
-        """The front of a piece as a body on ``goal`` meets it, over a floor at this height; points: (N, 3) on its
-        surface, twenty thousand or more."""
+        """Measure the front of an object, as a body on ``goal`` meets it.
+
+        points: (N, 3) on its surface, twenty thousand or more. floor: height of the floor.
+        """
         away = points - goal.position
         ahead = away @ goal.direction
         aside = np.abs(away @ np.array([goal.direction[2], 0.0, -goal.direction[0]]))
@@ -58,13 +63,13 @@ class SeatFront:
 
     @property
     def stand_off(self) -> float:
-        """Metres by which the goal of the rollout lies in front of the seated pelvis."""
-        return float(np.clip(self.seat_edge + CALF_BEHIND - STANDS_AHEAD, 0.0, MOST))
+        """Return the metres by which the goal of the rollout lies in front of the seated pelvis."""
+        return float(np.clip(self.seat_edge + CALF_BEHIND - STANDS_AHEAD, 0.0, MAX_STAND_OFF))
 
     def clear_shins(self, motion: Motion, goal: np.ndarray) -> Motion:
-        """The motion with feet moved forward as far as shins and heels would else be inside the piece.
+        """Move feet forward as far as shins and heels would otherwise be inside the object.
 
-        goal: row of Route.goals, the seated pelvis; motion over a floor at height 0.
+        goal: row of Route.goals, the seated pelvis. The floor of the motion is at height 0.
         """
         positions, _ = motion.forward_kinematics()
         facing, away = goal[3:6], positions[:, 0] - goal[:3]
@@ -79,18 +84,18 @@ class SeatFront:
             forward = np.where(near, self._missing(knee, ankle, goal), 0.0)
             if not forward.any():
                 continue
-            forward = anticipate(forward, SOONER, EVENLY)
+            forward = anticipate(forward, WINDOW, SIGMA)
             target = ankle + forward[:, None] * facing
             rotations = solve_limb(motion.root, rotations, motion.rest_joints, f"{side}_leg", target)
         return replace(motion, rotations=rotations)
 
     def _missing(self, knee: np.ndarray, ankle: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """Metres (T,) by which the ankle has to go forward for the shin to clear the front."""
+        """Return the metres (T,) by which an ankle has to move forward for its shin to clear the front."""
         along = (self.heights[None] - ankle[:, 1:2]) / np.maximum(knee[:, 1] - ankle[:, 1], 0.05)[:, None]
-        # Towards the knee the ankle's lever grows without bound; there the calf may rest on the edge.
+        # Towards the knee the lever of the ankle grows without bound; there the calf may rest on the edge.
         counted = along < 0.75
         along = np.clip(along, 0.0, 0.75)
         ankle_ahead, knee_ahead = ((p - goal[:3]) @ goal[3:6] for p in (ankle, knee))
         shin = ankle_ahead[:, None] + along * (knee_ahead - ankle_ahead)[:, None]
         missing = np.where(counted, (self.edge + SHIN - shin) / (1 - along), 0.0)
-        return np.clip(missing.max(1, initial=0.0), 0.0, MOST_FORWARD)
+        return np.clip(missing.max(1, initial=0.0), 0.0, MAX_FORWARD)

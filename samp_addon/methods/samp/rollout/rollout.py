@@ -1,6 +1,6 @@
-"""The rollout of MotionNet: frame by frame, many takes as one batch, with the control of the root's future path.
+"""The rollout of MotionNet: frame by frame, a batch of takes, with control of the root's future path.
 
-Works on a floor at height 0; heights are added afterwards. See models/state.py for the layout of the state.
+The floor is at height 0; heights are added afterwards. See models/state.py for the layout of the state.
 """
 
 from __future__ import annotations
@@ -18,27 +18,26 @@ from .... import skeleton
 from .start import Start
 
 FUTURE = state.SAMPLES - state.NOW - 1
-# How fast the prediction in the goal's frame gains over the one in the root's frame near the goal.
-GOAL_PULL = 100.0
-
-
-_OF_EACH = (
+GOAL_PULL = (
+    100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
+)
+_PER_TAKE = (
     "style", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots", "past_actions",
     "past_goals", "roots", "future_roots", "future_actions",
 )  # fmt: skip
 
 
 class Guide(Protocol):
-    """What a rollout is led by. All of it may be left to the network: then there is no guide."""
+    """Guidance of a rollout. Without a guide everything is left to the network."""
 
     def steer(self, roots: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """By how much each whole body is moved (B, 2) and turned (B,) whose new roots are (B, 3)."""
+        """Return shift (B, 2) and turn (B,) of the bodies with new roots (B, 3)."""
 
     def follow(self, future: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
-        """The path (B, 6, 3) to be followed where the network says ``future`` (B, 6, 3)."""
+        """Return the future path (B, 6, 3) for the predicted one (B, 6, 3)."""
 
     def intend(self, future: torch.Tensor) -> torch.Tensor:
-        """The actions (B, 6, 5) of the coming second where the network says ``future`` (B, 6, 5)."""
+        """Return the future actions (B, 6, 5) for the predicted ones (B, 6, 5)."""
 
 
 @dataclass
@@ -54,7 +53,7 @@ class Frame:
 
 
 class Rollout:
-    """B takes in flight. Call set_goals, then step, once a frame."""
+    """B takes in progress. Call set_goals, then step, once per frame."""
 
     def __init__(
         self,
@@ -65,7 +64,7 @@ class Rollout:
         seeds: list[int],
         style: torch.Tensor,
     ) -> None:
-        """centres (B, 512, 3) world and occupancy (B, 512) of the objects. style: (B, 1) standard deviation of z."""
+        """centres: (B, 512, 3), world, and occupancy: (B, 512) of the objects. style: (B, 1) deviation of z."""
         self.net, self.style = net, style
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
@@ -80,7 +79,7 @@ class Rollout:
         self.future_actions = self.past_actions[:, -1:].repeat(1, FUTURE, 1)
 
     def _forward(self, pelvis: torch.Tensor, matrices: torch.Tensor) -> torch.Tensor:
-        """World joints (B, 22, 3) of pelvis (B, 3) and global matrices (B, 22, 3, 3)."""
+        """Return the world joints (B, 22, 3) of pelvis (B, 3) and global matrices (B, 22, 3, 3)."""
         parents = torch.as_tensor(skeleton.PARENTS[1 : state.JOINTS])
         arms = (matrices[:, parents] @ self.bones[1:, :, None])[..., 0]
         joints = [pelvis]
@@ -88,28 +87,28 @@ class Rollout:
             joints.append(joints[skeleton.PARENTS[j]] + arms[:, j - 1])
         return torch.stack(joints, 1)
 
-    def only(self, rows: torch.Tensor) -> Rollout:
-        """Some of the takes, on their own from here on."""
+    def select(self, rows: torch.Tensor) -> Rollout:
+        """Return the rollout of some of the takes."""
         part = copy(self)
-        for name in _OF_EACH:
+        for name in _PER_TAKE:
             setattr(part, name, getattr(self, name)[rows])
         part.generators = [self.generators[int(row)] for row in rows]
         return part
 
     @property
     def actions(self) -> torch.Tensor:
-        """Action weights (B, 5) of the present frame."""
+        """Return the action weights (B, 5) of the present frame."""
         return self.past_actions[:, -1]
 
     def set_goals(self, goals: torch.Tensor) -> None:
-        """The goals in force (B, 11): position 3, direction 3, action 5."""
+        """Set the goals in force (B, 11): position 3, direction 3, action 5."""
         if self.past_goals is None:
             self.past_goals = goals[:, None].repeat(1, self.past_roots.shape[1], 1)
         else:
             self.past_goals = torch.cat([self.past_goals[:, 1:], goals[:, None]], 1)
 
     def _input(self) -> torch.Tensor:
-        """The state (B, 647) of the present frame in its own root frame."""
+        """Return the state (B, 647) of the present frame, in its own root frame."""
         sampled = slice(0, None, state.SAMPLE_STRIDE)
         goals = self.past_goals[:, -1]
         axes = torch.stack([self.matrices[..., 2], self.matrices[..., 1]], -2)
@@ -122,12 +121,12 @@ class Rollout:
         )  # fmt: skip
 
     def _object(self) -> torch.Tensor:
-        """The objects' features (B, 2048); zero while the goal in force is not on one."""
+        """Return the objects' features (B, 2048); zero while the goal in force is not on an object."""
         wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
         return state.interaction_features(self.centres, self.occupancy, self.roots) * wanted
 
     def step(self, guide: Guide | None = None) -> Frame:
-        """The next frame of every take."""
+        """Generate the next frame of every take."""
         x = self._input()
         z = torch.stack([torch.randn(LATENT, generator=g) for g in self.generators]) * self.style
         y = self.net.step(x, self._object(), z)
@@ -135,6 +134,7 @@ class Rollout:
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
 
     def _advance(self, y: torch.Tensor, guide: Guide | None) -> None:
+        """Advance the state by a prediction y of the network, in the frame of the previous roots."""
         before = self.roots
         pose = y[:, state.POSE].reshape(-1, state.JOINTS, 4, 3)
         trajectory = y[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)
@@ -156,8 +156,7 @@ class Rollout:
         self.past_actions = torch.cat([self.past_actions[:, 1:], weights[:, state.NOW : state.NOW + 1]], 1)
 
     def _nudge(self, shift: torch.Tensor, angle: torch.Tensor, future: torch.Tensor) -> torch.Tensor:
-        """Moves the bodies by shift (B, 2) and turns them by angle (B,) about their roots; returns their future
-        paths, moved along with them."""
+        """Shift the bodies by (B, 2) and turn them by (B,) about their roots. Return the future paths, moved along."""
         pivot = self.roots[:, :2].clone()
         corner = torch.stack([pivot[:, 0], torch.zeros_like(angle), pivot[:, 1]], -1)
         offset = torch.stack([shift[:, 0], torch.zeros_like(angle), shift[:, 1]], -1)
@@ -171,7 +170,7 @@ class Rollout:
         return torch.cat([places, future[..., 2:] + spread[..., None]], -1)
 
     def _pose(self, pose: torch.Tensor, before: torch.Tensor) -> None:
-        """Joints, matrices and velocities of the new frame from the prediction, told in the root before."""
+        """Set joints, matrices and velocities from the predicted pose, given in the frame of the previous roots."""
         yaw = before[:, 2]
         world = state.turn3(pose, yaw[:, None, None].expand(pose.shape[:3]))
         pelvis = world[:, 0, 0] + torch.stack([before[:, 0], torch.zeros_like(yaw), before[:, 1]], -1)
@@ -180,17 +179,17 @@ class Rollout:
         up = world[:, :, 2]
         up = torch.nn.functional.normalize(up - (up * forward).sum(-1, keepdim=True) * forward, dim=-1)
         self.matrices = torch.stack([torch.linalg.cross(up, forward), up, forward], -1)
-        reckoned = self.joints[:, 0] + self.velocities[:, 0] / state.FPS
-        self.joints = self._forward((pelvis + reckoned) / 2, self.matrices)
+        integrated = self.joints[:, 0] + self.velocities[:, 0] / state.FPS
+        self.joints = self._forward((pelvis + integrated) / 2, self.matrices)
 
     def _towards_goal(self, future: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
-        """The predicted path (B, 6, 3), drawn towards the prediction in the goal's frame the nearer the goal is."""
+        """Blend the predicted path (B, 6, 3) with the one predicted in the goal's frame, more so near the goal."""
         goal = self.past_goals[:, -1]
         yaw = torch.atan2(goal[:, 3], goal[:, 5])
-        told = y[:, state.GOAL_TRAJECTORY].reshape(-1, state.SAMPLES, 4)[:, state.NOW + 1 :]
+        relative = y[:, state.GOAL_TRAJECTORY].reshape(-1, state.SAMPLES, 4)[:, state.NOW + 1 :]
         spread = yaw[:, None].expand(-1, FUTURE)
-        positions = state.turn(told[..., :2], spread) + goal[:, None, [0, 2]]
-        facing = torch.atan2(told[..., 2], told[..., 3]) + spread
+        positions = state.turn(relative[..., :2], spread) + goal[:, None, [0, 2]]
+        facing = torch.atan2(relative[..., 2], relative[..., 3]) + spread
         squared = (self.roots[:, :2] - goal[:, [0, 2]]).square().sum(-1, keepdim=True)
         share = torch.arange(1, FUTURE + 1) / (FUTURE + 1)
         weight = share[None] ** (GOAL_PULL * squared)
@@ -200,6 +199,6 @@ class Rollout:
 
 
 def _about_y(yaw: torch.Tensor) -> torch.Tensor:
-    """Rotation matrices (B, 3, 3) about the vertical."""
+    """Return the rotation matrices (B, 3, 3) of yaws (B,)."""
     c, s, o, i = torch.cos(yaw), torch.sin(yaw), torch.zeros_like(yaw), torch.ones_like(yaw)
     return torch.stack([c, o, s, o, i, o, -s, o, c], -1).reshape(-1, 3, 3)

@@ -1,4 +1,4 @@
-"""How a rollout begins: standing still, or going on from a motion that there already is."""
+"""The state in which a rollout starts: standing still, or continuing a motion."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .....models import state
 from .... import rotation, skeleton
 from ....motion import Motion
 
-SPAN = state.NOW * state.SAMPLE_STRIDE + 1  # frames of the past that the state tells of
+SPAN = state.NOW * state.SAMPLE_STRIDE + 1  # frames of the past that the state contains
 STANDING = (0.0, 0.0, 0.0, 1.0, 1.0)  # contacts
 
 
 @dataclass
 class Start:
-    """The past of one take; network frame, over a floor at height 0.
+    """The past of one take: network frame, metres, floor at height 0.
 
     joints (22, 3); matrices (22, 3, 3) global; velocities (22, 3) m/s; contacts (5,); roots (31, 3) and actions
     (31, 5) of the last second, oldest first.
@@ -32,10 +32,13 @@ class Start:
 
     @classmethod
     def standing(cls, height: float, rotations: np.ndarray, root: np.ndarray) -> Start:
-        """Still, at root (x, z, yaw), with the pelvis at this height and local quaternions (22, 4)."""
+        """Return a start that stands still.
+
+        height: of the pelvis. rotations: (22, 4) local quaternions. root: x, z and yaw.
+        """
         place = np.array([root[0], height, root[1]])
         joints, _ = skeleton.forward_kinematics(place[None], rotations[None], skeleton.default_rest_joints())
-        # The pose is stored with any heading: turn it so that its own heading is the root's.
+        # Start poses have any heading: it is turned to the root's.
         turn = root[2] - float(state.heading_yaw(torch.as_tensor(joints))[0])
         turned = rotations.copy()
         turned[0] = rotation.multiply(rotation.about_y(turn), rotations[0])
@@ -48,14 +51,12 @@ class Start:
 
     @classmethod
     def after(cls, motion: Motion, floor: float = 0.0) -> Start:
-        """As a motion of 30 frames a second, over a floor at this height, ends.
+        """Return a start that continues a motion of 30 fps over a floor at this height.
 
-        ValueError where it has no actions or contacts.
+        Raises ValueError where the motion has another rate, or no actions or contacts.
         """
         if motion.actions is None or motion.contacts is None or motion.fps != state.FPS:
-            raise ValueError(
-                "to go on from a motion, its actions, contacts and 30 frames a second are needed"
-            )
+            raise ValueError("a motion can be continued only with actions and contacts, at 30 fps")
         last = np.clip(np.arange(-SPAN, 0) + len(motion), 0, None)
         root = motion.root[last] - np.array([0.0, floor, 0.0])
         joints, matrices = _pose(root, motion.rotations[last])
@@ -72,7 +73,7 @@ class Start:
 
 
 def _pose(root: np.ndarray, rotations: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
-    """Joints (T, 22, 3) and global matrices (T, 22, 3, 3) of the default skeleton."""
+    """Return joints (T, 22, 3) and global matrices (T, 22, 3, 3) of the default skeleton."""
     joints, quats = skeleton.forward_kinematics(
         root, rotations[:, : state.JOINTS], skeleton.default_rest_joints()
     )
