@@ -121,9 +121,9 @@ def test_a_failed_job(room, tmp_path, options, reason):
     assert status == 1
     assert complained.count("\n") == 1
     assert reason in complained
-    told = load(report)
-    assert told["variants"] == []
-    assert reason in told["errors"][0]["message"]
+    found = load(report)
+    assert found["variants"] == []
+    assert reason in found["errors"][0]["message"]
     assert os.listdir(tmp_path) == ["r.json"]
 
 
@@ -166,11 +166,11 @@ def test_many_jobs_go_on_and_a_second_run_skips_what_is_done(room, tmp_path):
     assert [line.split(":")[1].strip() for line in complained.splitlines()] == [
         f"Line {k}" for k in (2, 3, 5, 6)
     ]
-    told = load(report)
-    assert [(v["line"], v["seed"]) for v in told["variants"]] == [(1, 0), (4, 9), (4, 10)]
-    assert [error["line"] for error in told["errors"]] == [2, 3, 5, 6]
-    assert "written by line 1" in told["errors"][2]["message"]
-    assert "colour" in told["errors"][3]["message"]
+    found = load(report)
+    assert [(v["line"], v["seed"]) for v in found["variants"]] == [(1, 0), (4, 9), (4, 10)]
+    assert [error["line"] for error in found["errors"]] == [2, 3, 5, 6]
+    assert "written by line 1" in found["errors"][2]["message"]
+    assert "colour" in found["errors"][3]["message"]
     first = (tmp_path / "a.blend").stat().st_mtime_ns
     (tmp_path / "npz" / "room_sit_Sofa_10.npz").unlink()
 
@@ -230,10 +230,10 @@ def test_arguments_under_blender_follow_two_dashes(monkeypatch, command, meant):
 def test_every_option_stands_in_the_documentation():
     from samp_blender.samp_addon.batch import command_line
 
-    told = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
     for action in command_line.parser()._actions:
         for option in action.option_strings:
-            assert option in ("-h", "--help") or f"`{option}" in told, option
+            assert option in ("-h", "--help") or f"`{option}" in text, option
 
 
 def test_help_is_for_people():

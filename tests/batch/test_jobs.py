@@ -21,7 +21,7 @@ SIT = Job(action="sit", target="Sofa", variants=2, seed=5, hold=1.5)
 
 @pytest.fixture
 def start():
-    """A file with a room of boxes; the start as the batch is told it."""
+    """A file with a room of boxes; the start as the batch takes it."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     made = rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
     bpy.context.view_layer.update()
@@ -162,9 +162,9 @@ def test_refined_takes_and_what_the_report_tells_of_them(start):
     shares = [share for stage, share in seen if stage == "Refining"]
     assert shares == sorted(shares) and len(set(shares)) == 4 and seen[-1][0] == "Measuring"
     for one, two, action in zip(plain.variants, result.variants, result.actions, strict=True):
-        told = json.loads(json.dumps(two["refined"]))
-        assert told["before"]["penetration_max_cm"] == 4 and told["after"]["contact"] == 1
-        assert (told["unsolved_cm"], "refined" in one) == (4, False)
+        refined = json.loads(json.dumps(two["refined"]))
+        assert refined["before"]["penetration_max_cm"] == 4 and refined["after"]["contact"] == 1
+        assert (refined["unsolved_cm"], one["refined"]) == (4, None)
         raised = two["metrics"]["position_error_cm"] - one["metrics"]["position_error_cm"]
         assert 0 < abs(raised) <= 100 * fakes.RAISED + 1e-6
         assert two["seconds"]["refine"] >= 0

@@ -1,4 +1,4 @@
-"""Several actions in one job: how they are told, and what a batch makes of them."""
+"""Several actions in one job: how they are written, and what a batch makes of them."""
 
 import json
 from pathlib import Path

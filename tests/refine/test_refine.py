@@ -136,7 +136,7 @@ def test_feet_stand_on_what_is_under_them(pitch):
 
 
 def test_a_cushion_gives(crate):
-    """Who is 3 cm in a cushion that gives 4 cm stays there, and comes out of a hard one."""
+    """A body 3 cm deep in a cushion that gives 4 cm stays there; out of a hard seat it is lifted."""
     motion = standing()
     arms = [skeleton.INDEX[f"{side}_shoulder"] for side in ("left", "right")]
     motion.rotations[:, arms] = rotation.from_axis_angle(

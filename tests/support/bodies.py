@@ -12,7 +12,7 @@ FLOOR = rooms.box(np.array([-4.0, -0.1, -4.0]), np.array([4.0, 0.0, 4.0]))
 
 
 def standing(seconds=2.0, fps=30.0, at=(0.0, 0.0, 0.0)):
-    """Somebody who stands still, arms down, and sways a little."""
+    """Return a body that stands still, arms down, and sways a little."""
     frames = round(seconds * fps) + 1
     rotations = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 22, 1))
     for side, sign in (("left", -1.0), ("right", 1.0)):
