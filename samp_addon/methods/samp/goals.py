@@ -26,8 +26,8 @@ GOOD = 0.7
 """Share of the best score on the object above which a sample is not moved."""
 KEPT = 4
 """Objects in the cache."""
-MOST_SHIFT = 0.20
-"""Metres by which a sampled goal may be moved to where the surface carries."""
+MAX_SHIFT = 0.20
+"""Metres by which a sampled goal may be moved to a place with support."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def draw_goals(
     for sample in _network_samples(grid, action, count, seed):
         if len(goals) == count:
             break
-        snapped = seats.snap_to_map(support, sample, MOST_SHIFT, least, enough)
+        snapped = seats.snap_to_map(support, sample, MAX_SHIFT, least, enough)
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)

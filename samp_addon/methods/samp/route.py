@@ -25,7 +25,7 @@ class Route:
 
     points: (M, 3) on the floor, from the start to the end. goals: (N, 11), the sub-goals and, last, the goal: world
     position 3, direction 3, one-hot action 5. radii: (N,) within which a goal counts as reached. along: (N,) distance
-    of each along the route. A route to a seat ends where a body stands before it sits down, one to a bed beside the
+    of each along the route. A route to a seat ends where a body stands before it sits down, one to a bed next to the
     bed; end_yaw is the facing there, radians.
     """
 
