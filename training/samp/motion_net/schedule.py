@@ -1,0 +1,54 @@
+"""What is trained and how: scheduled sampling (equation 5) and the learning rate over a training."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....models.motion_net import HIDDEN
+
+WARM_UP = 300  # steps in which the learning rate rises
+LEAST_RATE = 0.02
+
+
+@dataclass
+class Schedule:
+    """What is trained and how. Times are shares of the training done, 0 to 1, in steps or on the clock.
+
+    P of equation 5 falls from 1 at sampling_from to least_truth. prior_share: rollouts with z as at run time. held:
+    how many numbers of z are the same for a whole rollout, held_weight: of their KL divergence. most_frames: length
+    of the longest rollouts, from longer_from to longer_to on. average: decay of the averaged weights in ten steps.
+    drifts: rollouts keep their own place in the world and are taught to come back (learning/drift.py).
+    """
+
+    rate: float
+    sampling_from: float
+    sampling_to: float
+    least_truth: float
+    kl_weight: float
+    prior_share: float
+    network: str = "motion_net"
+    sees_object: bool = True
+    hidden: int = HIDDEN
+    held: int = 0
+    held_weight: float = 0.3
+    most_frames: int = 60
+    longer_from: float = 0.3
+    longer_to: float = 0.6
+    average: float = 0.98
+    drifts: bool = True
+
+    def keep_truth(self, done: float) -> float:
+        """Probability that the true state, not the prediction, is the next input."""
+        falling = 1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from)
+        return float(np.clip(falling, self.least_truth, 1))
+
+    def longest(self, done: float, shortest: int) -> float:
+        """Frames of the longest rollouts."""
+        grown = np.clip((done - self.longer_from) / (self.longer_to - self.longer_from), 0, 1)
+        return shortest + max(self.most_frames - shortest, 0) * float(grown)
+
+    def learning_rate(self, done: float, step: int) -> float:
+        """Linear warm-up over some steps, then linear decay."""
+        return self.rate * min(1.0, (step + 1) / WARM_UP) * max(LEAST_RATE, 1 - done)
