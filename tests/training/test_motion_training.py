@@ -1,4 +1,4 @@
-"""MotionNet's training: what its rollouts see of the future and of the world, and that it can be stopped and sent."""
+"""Training of MotionNet: observations of rollouts, drift, the step without host access, checkpoints and files."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ SEAT = np.array([0.0, 0.5, 6.0])
 
 
 def glide(action):
-    """A rest pose that glides 1 m/s along +Z with a sway of 3 cm; the goal is a seat 6 m ahead, or a way-point."""
+    """Return a rest pose that moves 1 m/s along +Z with a sway of 3 cm; the goal is a seat 6 m ahead or a way-point."""
     root = np.zeros((FRAMES, 3))
     root[:, 2] = np.arange(FRAMES) / state.FPS
     root[:, 0] = 0.03 * np.sin(2 * np.pi * 0.9 * np.arange(FRAMES) / state.FPS)
@@ -36,7 +36,7 @@ def glide(action):
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    """Two sequences whose mirror images belong to the set, with one piece."""
+    """Return the file of a mirrored set of two sequences with one piece of furniture."""
     sides = np.meshgrid(*[np.linspace(-0.3, 0.3, 8)] * 3, indexing="ij")
     grids = {
         "centres": np.stack(sides, -1).reshape(1, 512, 3).astype(np.float32),
@@ -59,7 +59,7 @@ def trainer(data, truth=0.0, **options):
 
 
 def rollouts(data, first, drifts=False):
-    """Four rollouts at a frame, fed with their own predictions."""
+    """Return four rollouts at a frame that are fed with their own predictions."""
     torch.manual_seed(0)
     made = Rollouts(data, 4, WINDOW, drifts)
     made.progress.truth.fill_(0.0)
@@ -75,7 +75,7 @@ def path_of(states):
 
 
 def test_only_the_future_is_planned(data):
-    """And the planned path does not sway with the steps."""
+    """The planned path does not sway with the steps."""
     told = data.states[100, state.TRAJECTORY].reshape(state.SAMPLES, 9).float().numpy()
     swaying = data.roots[100 + state.SAMPLE_OFFSETS, 0].numpy() - data.roots[100, 0].numpy()
     assert np.allclose(told[: state.NOW + 1, 0], swaying[: state.NOW + 1], atol=2e-3)
@@ -83,7 +83,7 @@ def test_only_the_future_is_planned(data):
 
 
 def test_mirror_images(data):
-    """Every sequence has one: left and right exchanged, the furniture on the other side of the way."""
+    """Mirror images exchange left and right and have the furniture on the other side of the path."""
     assert len(data) == 4 * FRAMES and len(data.centres) == 2
     swap = torch.as_tensor(skeleton.mirror_joints())
     joints = data.states[[100, 100 + 2 * FRAMES], state.POSE].float().reshape(2, 22, 4, 3)[:, :, 0]
@@ -103,32 +103,31 @@ def test_the_path_is_planned_until_near_the_seat(data, frame, reach, planned):
     made.advance(data.targets[made.at].float() + 0.02, torch.ones(264), Draws.new(4, "cpu"))
     truth = data.states[made.at].float()
     assert (made.at - frame - 1).abs().max() <= 1 and (made.age == 1).all()
-    assert not torch.allclose(made.x[:, state.POSE], truth[:, state.POSE], atol=1e-3), "the pose is its own"
+    assert not torch.allclose(made.x[:, state.POSE], truth[:, state.POSE], atol=1e-3), "the pose is predicted"
     assert torch.allclose(path_of(made.x), path_of(truth), atol=1e-5) == planned
     assert torch.allclose(made.x[:, state.GOAL], truth[:, state.GOAL], atol=1e-5)
 
 
 @pytest.mark.parametrize("late", [0, -1, 1])
-def test_a_rollout_that_is_late_or_early_is_told_the_frame_it_is_at(data, late):
-    """The clip sways, so that its frames can be told apart by their velocities."""
+def test_a_late_or_early_rollout_is_aligned_with_its_frame(data, late):
+    """The clip sways, so that its frames differ in their velocities."""
     made, at = rollouts(data, 262), torch.full((4,), 262)
     fed = data.states[at + late].float()
     assert (made._aligned(fed, at, at.float(), torch.ones(264)) == at + late).all()
     far = made._aligned(fed, at, at.float() - 2 * LATEST, torch.ones(264))
-    assert (far == at - LATEST).all(), "never farther off the clock than that"
+    assert (far == at - LATEST).all(), "never more than LATEST off the clock"
 
 
-def test_who_has_drifted_comes_back_on_the_way(data):
-    """Told perfectly what follows, rollouts beside the captured path end on it, and know all the way where the goal
-    and the furniture are."""
+def test_drifted_rollouts_return_to_the_path(data):
+    """With perfect predictions, rollouts off the captured path return to it, and observe the goal correctly."""
     made = rollouts(data, 262, drifts=True)
     aside = torch.tensor([[0.2, 0.0, 0.1], [-0.2, 0.1, 0.0], [0.0, 0.0, -0.3], [0.0, 0.0, 0.0]])
-    made.own.copy_(drift.moved(data.roots[made.at], aside))
+    made.own.copy_(drift.displace(data.roots[made.at], aside))
     for _ in range(50):
         made.advance(made.targets(), torch.ones(264), Draws.new(4, "cpu"))
     left = np.exp(-50 / state.FPS / drift.RETURN)
     assert torch.allclose(made.drift()[:, 2].abs(), left * aside[:, 2].abs(), atol=0.02)
-    assert (made.drift()[:, 0].abs() < left * aside.norm(dim=-1) + 0.02).all(), "beside the path"
+    assert (made.drift()[:, 0].abs() < left * aside.norm(dim=-1) + 0.02).all(), "off the path"
     pose = made.x[:, state.POSE].reshape(4, 22, 4, 3)[:, :, 0]
     assert torch.allclose(
         pose, data.states[made.at, state.POSE].float().reshape(4, 22, 4, 3)[:, :, 0], atol=0.01
@@ -137,7 +136,7 @@ def test_who_has_drifted_comes_back_on_the_way(data):
     assert torch.allclose(goal[:, 0::2], state.flat_to_root(data.goal[made.at], made.own), atol=0.01)
 
 
-def test_lost_rollouts_begin_anew(data):
+def test_lost_rollouts_are_restarted(data):
     made = rollouts(data, 262, drifts=True)
     wrong = made.targets()
     wrong[0] = float("nan")
@@ -146,10 +145,10 @@ def test_lost_rollouts_begin_anew(data):
     assert made.age.tolist() == [0, 0, 1, 1] and made.x.isfinite().all()
 
 
-def test_what_is_held_of_z_stays_and_the_rest_is_drawn_anew(data):
+def test_held_components_of_z_are_constant_and_others_are_drawn_every_step(data):
     made = trainer(data, held=8)
     mean, log_variance = torch.zeros(8, 64), torch.zeros(8, 64)
-    first, again = (made._drawn(mean, log_variance)[0] for _ in range(2))
+    first, again = (made._sample_z(mean, log_variance)[0] for _ in range(2))
     assert torch.equal(first[:, :8], again[:, :8]) and not torch.equal(first[:, 8:], again[:, 8:])
     assert torch.equal(first[:, :8], made.rollouts.noise[:, :8])
     centres, heights = torch.zeros(2, 512, 3), np.zeros((22, 4)) + [1.0, 0, 0, 0]
@@ -160,8 +159,8 @@ def test_what_is_held_of_z_stays_and_the_rest_is_drawn_anew(data):
     assert torch.equal(run.select(torch.tensor([1])).held_z, run.held_z[1:])
 
 
-def test_a_step_looks_at_no_value(data):
-    """So that it can be captured as a graph on a GPU: no number comes from the host, none goes to it."""
+def test_a_step_reads_no_value_on_the_host(data):
+    """A step that can be captured as a graph on a GPU transfers no value to or from the host."""
     seen = []
 
     class Watch(TorchDispatchMode):
@@ -177,7 +176,7 @@ def test_a_step_looks_at_no_value(data):
     assert len(seen) > 100 and not [name for name in seen if any(word in name for word in forbidden)]
 
 
-def test_training_teaches_and_goes_on_where_it_stopped(data, tmp_path):
+def test_training_reduces_the_loss_and_resumes(data, tmp_path):
     through = trainer(data, 1.0, held=4)
     for _ in range(60):
         through.step(0.0)
@@ -193,13 +192,13 @@ def test_training_teaches_and_goes_on_where_it_stopped(data, tmp_path):
     assert all(torch.equal(value, saved[name]) for name, value in again.net.state_dict().items())
 
 
-def test_a_network_that_shall_not_see_the_object_sees_nothing_of_it(data):
+def test_a_network_without_the_object_is_blind_to_it(data):
     net = trainer(data, sees_object=False).net
     some, other = torch.rand(2, 2048), torch.zeros(2, 2048)
     assert torch.allclose(net.normalised_object(some), net.normalised_object(other), atol=0.05)
 
 
-def test_the_compact_set_is_the_same(path):
+def test_the_compact_file_has_the_same_arrays(path):
     raw = dict(np.load(path))
     compact.write(raw, path.with_suffix(".bin"))
     back = compact.read(path.with_suffix(".bin"))
@@ -209,7 +208,7 @@ def test_the_compact_set_is_the_same(path):
         assert np.abs(raw[name].astype(float) - back[name].astype(float)).max() <= near, name
 
 
-def test_kinds_out_of_another_set(path):
+def test_merging_kinds_of_two_sets(path):
     raw = dict(np.load(path))
     walk, sit = (merge.chosen(raw, raw["kinds"] == kind) for kind in ("walk", "sit"))
     both = merge.joined(walk, sit)
@@ -219,11 +218,11 @@ def test_kinds_out_of_another_set(path):
         merge.joined(walk, sit | {"mirrored": np.array(False)})
 
 
-def test_weights_go_in_pieces(data, tmp_path, monkeypatch):
+def test_weights_are_split_and_assembled(data, tmp_path, monkeypatch):
     monkeypatch.setattr(pieces, "MOST", 2_000_000)
-    name, options = side_by_side.options_of("slim:hidden=32,batch=4,held=8,rate=1e-3,encoder=1")
+    name, options = side_by_side.parse_run("slim:hidden=32,batch=4,held=8,rate=1e-3,encoder=1")
     run = side_by_side.Run(name, options, data, graph=False, fuse=False)
-    run.go_on(0.0)
+    run.queue_steps(0.0)
     out, scratch = tmp_path / "out", tmp_path / "scratch"
     out.mkdir()
     scratch.mkdir()

@@ -34,11 +34,9 @@ PROCEDURAL = {"chair": 40, "armchair": 30, "stool": 20, "bar_stool": 20, "bench"
               "office_chair": 20, "pouf": 12, "table": 12, "bed": 12}  # fmt: skip
 COPIES = 3
 PLACES = 16  # goals of a piece
-SHORT = (
-    600  # frames of clips that runs are joined of; longer ones hold runs of a minute, learnt from as they are
-)
-LONG_SITS = 3  # chains made of every sitting down of Rocketbox, beside the short original
-CHAINED_SITS = 4  # sequences tried for each of these: all begin and end in the same few rest poses
+SHORT = 600  # frames of the longest clips from which runs are composed; longer ones contain whole runs and are kept
+LONG_SITS = 3  # long sits composed from every clip of sitting down of Rocketbox, besides the original
+ROCKETBOX_SITS = 4  # sequences tried for each sit of Rocketbox: all start and end in the same few rest poses
 
 
 def furnishings(
@@ -81,8 +79,8 @@ def build(
 ) -> tuple:
     """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action.
 
-    Mirror images are not among them; they are made where the file is read. plain: sits stay as they were captured,
-    for the ablation without augmentation.
+    Mirror images are not included; they are added when the file is read. plain: sits stay as captured, for the ablation
+    without augmentation.
     """
     rng = np.random.default_rng(seed)
     clips = neutralised(sources.load(mocap_folders))
@@ -100,7 +98,7 @@ def build(
     events = [event for clip in sitting for event in sit_events(clip)]
     composer = Composer([p for p in chairs if p.goals], WalkIndex(walks), seed, plain)
     for event in events:
-        tries = CHAINED_SITS if event.clip.name.startswith("rb_") else sits_per_event
+        tries = ROCKETBOX_SITS if event.clip.name.startswith("rb_") else sits_per_event
         made = (composer.compose(event) for _ in range(tries))
         sequences += [replace(s, more=other_pieces(s, composer.seats, rng)) for s in made if s is not None]
     lying = LieComposer([p for p in beds if p.goals], events, reclines(clips), composer.approach, seed)

@@ -21,8 +21,8 @@ class Sequence:
     goal: (T, 6) world position and direction of the goal in force; goal_action: (T,) index into ACTIONS.
     piece: index of the furniture, -1 for none; placement: (x, z, yaw) of the piece in the world, metres and radians.
     open_start, open_end: True where the motion was cut while moving, so that what lies beyond is unknown.
-    kind: which share of the data it belongs to, for balanced sampling. weight: how often its frames are drawn,
-    relative to others of the kind. more: (piece, placement) of other furniture that the same motion fits.
+    kind: which share of the data it belongs to, for balanced sampling. weight: of its frames in
+    sampling, relative to others of the kind. more: (piece, placement) of other furniture that the motion fits.
     """
 
     kind: str
@@ -64,7 +64,7 @@ _ARRAYS = ("root", "rotations", "goal", "goal_action", "bad")
 
 
 def _more(sequences: list[Sequence]) -> tuple[np.ndarray, np.ndarray]:
-    """Other pieces (S, K), -1 where there are fewer, and their placements (S, K, 3)."""
+    """Return other pieces (S, K), padded with -1, and their placements (S, K, 3)."""
     most = max((len(s.more) for s in sequences), default=0)
     pieces, placements = np.full((len(sequences), most), -1), np.zeros((len(sequences), most, 3), np.float32)
     for k, sequence in enumerate(sequences):
@@ -78,7 +78,7 @@ def save(
 ) -> None:
     """All sequences and the pieces' grids in one compact file: quaternions as int16.
 
-    mirrored: the mirror image of every sequence belongs to the set, and is made where the file is read.
+    mirrored: the mirror image of every sequence belongs to the set and is added when the file is read.
     """
     lengths = np.array([len(s) for s in sequences])
     more_pieces, more_placements = _more(sequences)

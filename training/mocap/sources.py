@@ -1,4 +1,4 @@
-"""Which captured clips are learnt from, and how often: several folders read as one set."""
+"""Selection and weights of the captured clips: several folders read as one set."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from . import clip_files
 from .clip_files import Clip
 from .natural import styled
 
-# Acted styles, and objects that the captured hands hold or lean on and that no room has.
-LEFT_OUT = {
+# Acted styles, and clips with objects that are held or leaned on and that no scene has.
+EXCLUDED = {
     "rb": (
         "drunk", "injured", "bruised", "cool", "self-assured", "angry", "extreme", "nervous", "umbrella", "trolley",
         "bag", "documents", "phone", "door", "drink", "picture", "cheer", "crouch", "work", "invite", "claphands",
@@ -18,9 +18,9 @@ LEFT_OUT = {
     "o3": ("Crouching", "Jumps", "OutofRange"),
 }  # fmt: skip
 REST_POSE = 0.3
-"""Weight of Rocketbox's standing idles and gestures: nearly all return to the same two rest poses."""
+"""Weight of Rocketbox's standing idles and gestures, most of which return to the same two rest poses."""
 CYCLES = 0.5
-"""Weight of Rocketbox's walks and runs: the same one or two strides three times over."""
+"""Weight of Rocketbox's walks and runs, which repeat one or two strides three times."""
 
 
 def base_name(clip: Clip) -> str:
@@ -28,13 +28,13 @@ def base_name(clip: Clip) -> str:
     return clip.name.removesuffix("_mirror")
 
 
-def left_out(name: str) -> bool:
-    """Whether a clip of the added sets is acted, or acts with an object that is missing."""
-    return any(word in name for word in LEFT_OUT.get(name.split("_")[0], ()))
+def excluded(name: str) -> bool:
+    """Return whether a clip is excluded by its name; see EXCLUDED."""
+    return any(word in name for word in EXCLUDED.get(name.split("_")[0], ()))
 
 
 def load(folders: list[Path]) -> list[Clip]:
-    """The clips of all folders that may be learnt from, in the order of folders and names.
+    """Load the clips of all folders, without excluded ones, in the order of folders and names.
 
     Raises FileNotFoundError for a folder without clips.
     """
@@ -42,13 +42,13 @@ def load(folders: list[Path]) -> list[Clip]:
     for folder in folders:
         found = clip_files.load_clips(folder)
         if not found:
-            raise FileNotFoundError(f"{folder} holds no .npz clips")
-        clips += [clip for clip in found if not left_out(clip.name)]
+            raise FileNotFoundError(f"the folder '{folder}' has no .npz clips")
+        clips += [clip for clip in found if not excluded(clip.name)]
     return clips
 
 
 def weight(name: str) -> float:
-    """How often a clip's frames are drawn, relative to others of its kind."""
+    """Return the sampling weight of a clip, relative to others of its kind."""
     if not name.startswith("rb_"):
         return 1.0
     if "sit" in name or "turn" in name or "start" in name or "stop" in name:
@@ -57,5 +57,5 @@ def weight(name: str) -> float:
 
 
 def walks(clip: Clip) -> bool:
-    """Whether the clip's locomotion and standing may be learnt from."""
+    """Return whether the locomotion and standing of a clip are natural, not acted."""
     return not styled(clip)

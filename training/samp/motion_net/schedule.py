@@ -1,4 +1,4 @@
-"""What is trained and how: scheduled sampling (equation 5) and the learning rate over a training."""
+"""Schedule of a training: scheduled sampling (equation 5), lengths of rollouts, learning rate."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ LEAST_RATE = 0.02
 
 @dataclass
 class Schedule:
-    """What is trained and how. Times are shares of the training done, 0 to 1, in steps or on the clock.
+    """Options of a training. Times are shares of the training done, 0 to 1, in steps or seconds.
 
-    P of equation 5 falls from 1 at sampling_from to least_truth. prior_share: rollouts with z as at run time. held:
-    how many numbers of z are the same for a whole rollout, held_weight: of their KL divergence. most_frames: length
-    of the longest rollouts, from longer_from to longer_to on. average: decay of the averaged weights in ten steps.
-    drifts: rollouts keep their own place in the world and are taught to come back (learning/drift.py).
+    P of equation 5 falls from 1 at sampling_from to least_truth. prior_share: share of rollouts with z as at run time.
+    held: count of the components of z that are constant during a rollout; held_weight: of their KL divergence.
+    most_frames: length of the longest rollouts, reached between longer_from and longer_to. average: decay of the
+    averaged weights per ten steps. drifts: rollouts keep their own place in the world and learn to return to the
+    captured path (learning/drift.py).
     """
 
     rate: float
@@ -40,15 +41,15 @@ class Schedule:
     drifts: bool = True
 
     def keep_truth(self, done: float) -> float:
-        """Probability that the true state, not the prediction, is the next input."""
+        """Return the probability that the true state, not the prediction, is the next input."""
         falling = 1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from)
         return float(np.clip(falling, self.least_truth, 1))
 
     def longest(self, done: float, shortest: int) -> float:
-        """Frames of the longest rollouts."""
+        """Return the length of the longest rollouts, frames."""
         grown = np.clip((done - self.longer_from) / (self.longer_to - self.longer_from), 0, 1)
         return shortest + max(self.most_frames - shortest, 0) * float(grown)
 
     def learning_rate(self, done: float, step: int) -> float:
-        """Linear warm-up over some steps, then linear decay."""
+        """Return the learning rate: linear warm-up over WARM_UP steps, then linear decay."""
         return self.rate * min(1.0, (step + 1) / WARM_UP) * max(LEAST_RATE, 1 - done)

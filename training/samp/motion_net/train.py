@@ -1,4 +1,4 @@
-"""Trains MotionNet (section 3.4): rollouts with scheduled sampling, one optimiser step a frame. Resumes, logs.
+"""Train MotionNet (section 3.4): rollouts with scheduled sampling, one optimiser step per frame. Resumes, logs.
 
 python -m samp_blender.training.samp.motion_net.train --data cache/motion.npz --work RUN_FOLDER --steps 20000
 """
@@ -22,7 +22,7 @@ REPORT = WINDOW  # steps between two lines of the log
 
 
 def arguments() -> argparse.ArgumentParser:
-    """The command line."""
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -30,7 +30,7 @@ def arguments() -> argparse.ArgumentParser:
     add("--data", type=Path, required=True)
     add("--work", type=Path, required=True, help="folder for checkpoints and the log")
     add("--steps", type=int, default=20000)
-    add("--minutes", type=float, help="end after this long instead, whatever the number of steps")
+    add("--minutes", type=float, help="train for this time instead of a number of steps")
     add("--batch", type=int, default=512)
     add("--rate", type=float, default=4e-4)
     add(
@@ -39,24 +39,24 @@ def arguments() -> argparse.ArgumentParser:
     add("--least-truth", type=float, default=0.3, help="P never falls below this")
     add("--kl", type=float, default=0.6, help="weight of the KL term")
     add("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
-    add("--held", type=int, default=0, help="how many numbers of z are the same for a whole take")
+    add("--held", type=int, default=0, help="count of the components of z that are constant during a take")
     add("--held-kl", type=float, default=0.3, help="weight of their KL term")
     add("--longest", type=int, default=WINDOW, help="frames of the longest rollouts")
     add(
         "--no-drift",
         action="store_true",
-        help="goals are always seen from the captured root, as in the paper",
+        help="observe goals from the captured root, as in the paper",
     )
     add("--network", choices=NETWORKS, default="motion_net")
     add("--hidden", type=int, default=HIDDEN, help="width of the prediction network")
-    add("--no-object", action="store_true", help="ablation: the object is not seen")
-    add("--begin", type=Path, help="checkpoint of a run whose weights to begin with")
+    add("--no-object", action="store_true", help="ablation: hide the object from the network")
+    add("--begin", type=Path, help="checkpoint with the initial weights")
     add("--seed", type=int, default=0)
     return parser
 
 
 def schedule_of(options: argparse.Namespace) -> Schedule:
-    """What the command line asks for."""
+    """Return the schedule for parsed options."""
     return Schedule(
         options.rate, *options.sampling, options.least_truth, options.kl, options.prior, options.network,
         not options.no_object, options.hidden, options.held, options.held_kl, options.longest,

@@ -1,1 +1,1 @@
-"""MotionNet's training: frames resident on the device, rollouts in flight, optimiser steps (section 3.4)."""
+"""Training steps of MotionNet (section 3.4): frames resident on the device, rollouts, loss and optimiser."""

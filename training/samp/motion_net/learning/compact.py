@@ -1,4 +1,4 @@
-"""The training set small enough to be sent along: a fifth of its size, positions to 0.02 mm, quaternions as they are.
+"""A compact file format for the training set. Positions are rounded to 0.02 mm; quaternions are lossless.
 
 python -m samp_blender.training.samp.motion_net.learning.compact MOTION.npz MOTION.bin --mocap FOLDER ...
 """
@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-STEP = 2e-5  # metres of the pelvis
+STEP = 2e-5  # metres; resolution of the pelvis position
 UNIT = 32767
 CELLS = (8, 8, 8)
 
 
 def write(raw: dict[str, np.ndarray], path: Path) -> None:
-    """Writes the arrays of a training set."""
+    """Write the arrays of a training set."""
     kept = {
         name: values for name, values in raw.items() if name not in ("root", "rotations", "piece_centres")
     }
@@ -28,7 +28,7 @@ def write(raw: dict[str, np.ndarray], path: Path) -> None:
     corners = raw["piece_centres"].reshape(-1, *CELLS, 3)
     kept["piece_corners"] = np.stack([corners[:, 0, 0, 0], corners[:, -1, -1, -1]], 1)
     quats = raw["rotations"]
-    # Of the quaternions but the pelvis', w follows from the rest.
+    # Except for the pelvis, w is computed from x, y and z.
     signed = np.where(quats[..., :1] < 0, -quats, quats)[:, 1:, 1:]
     kept["pelvis"] = _bytes(quats[:, 0].view(np.uint16))
     kept["joints"] = _bytes(signed.reshape(len(quats), -1).view(np.uint16))
@@ -39,7 +39,7 @@ def write(raw: dict[str, np.ndarray], path: Path) -> None:
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """The arrays of a training set, as training/composition/sequence.py's ``save`` names them."""
+    """Return the arrays of a training set, named as in ``save`` of training/composition/sequence.py."""
     with np.load(io.BytesIO(lzma.decompress(path.read_bytes()))) as data:
         raw = {name: data[name] for name in data.files}
     count = int(raw["lengths"].sum())
@@ -59,7 +59,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
 
 
 def _bytes(values: np.ndarray) -> np.ndarray:
-    """Unsigned integers (N, C) as bytes: second differences in time, channel after channel, low bytes first."""
+    """Encode unsigned integers (N, C) as bytes: second differences in time by channel, low bytes first."""
     for _ in range(2):
         values = np.diff(values, axis=0, prepend=np.zeros_like(values[:1]))
     planes = values.T.copy().view(np.uint8).reshape(values.shape[1], len(values), -1)
@@ -67,7 +67,7 @@ def _bytes(values: np.ndarray) -> np.ndarray:
 
 
 def _values(planes: np.ndarray, count: int, dtype: type) -> np.ndarray:
-    """What ``_bytes`` was given (count, C), as signed integers."""
+    """Decode the output of ``_bytes`` into signed integers (count, C)."""
     size = np.dtype(dtype).itemsize
     planes = np.moveaxis(planes.reshape(size, -1, count), 0, 2)
     unsigned = np.dtype(f"u{size}")
@@ -81,11 +81,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("source", type=Path)
     parser.add_argument("target", type=Path)
-    parser.add_argument("--mocap", type=Path, nargs="+", help="folders of clips that takes start from")
+    parser.add_argument("--mocap", type=Path, nargs="+", help="folders of clips for the start poses")
     options = parser.parse_args()
     raw = dict(np.load(options.source))
     if options.mocap:
-        from ..export import start_poses  # reads clips, which the machine that trains has not
+        from ..export import start_poses  # reads clips, which are absent on the training machine
 
         raw["start_heights"], raw["start_rotations"] = start_poses(options.mocap)
     write(raw, options.target)

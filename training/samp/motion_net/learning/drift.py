@@ -1,8 +1,8 @@
-"""Rollouts that are not quite where the captured motion is: what they see of the world, and how they come back.
+"""Rollouts off the captured path: their observations and the targets that lead them back.
 
-A *drift* (B, 3) is the root of a rollout told in the frame of the captured root: x, z, yaw. Its own body and past
-move with it; the goal, the furniture and the planned path stay in the world. Walking brings a body back to the path:
-of a drift, exp(-way / RETURN) is left after a way.
+A drift (B, 3) is the root of a rollout in the frame of the captured root: x, z (metres) and yaw (radians). The body and
+its past move with the root; goal, furniture and planned path stay in the world. Walking leads a body back to the path:
+after a path length s, the drift has decayed to exp(-s / RETURN) of itself.
 """
 
 from __future__ import annotations
@@ -11,76 +11,78 @@ import torch
 
 from .....models import state
 
-RETURN = 0.8  # metres of way after which a third of a drift is left
-TURN_LENGTH = 0.15  # metres of way that a turn by one radian counts as
+RETURN = 0.8  # metres of path over which a drift decays by a factor of e
+TURN_LENGTH = 0.15  # metres of path equivalent to a turn by one radian
 AHEAD = slice(state.NOW + 1, None)
 
 
-def between(own: torch.Tensor, captured: torch.Tensor) -> torch.Tensor:
-    """Drifts (B, 3) of roots ``own`` (B, 3) from ``captured`` ones (B, 3)."""
+def offset(own: torch.Tensor, captured: torch.Tensor) -> torch.Tensor:
+    """Return the drifts (B, 3) of roots ``own`` (B, 3) relative to ``captured`` ones (B, 3)."""
     turn = torch.remainder(own[:, 2] - captured[:, 2] + torch.pi, 2 * torch.pi) - torch.pi
     return torch.cat([state.flat_to_root(own[:, :2], captured), turn[:, None]], -1)
 
 
-def moved(roots: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
-    """Roots (B, 3) that went on by steps (B, 3), told in their own frames."""
+def displace(roots: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
+    """Return roots (B, 3) displaced by steps (B, 3), which are in the frames of the roots."""
     return torch.cat([roots[:, :2] + state.turn(step[:, :2], roots[:, 2]), roots[:, 2:] + step[:, 2:]], -1)
 
 
-def step_of(states: torch.Tensor) -> torch.Tensor:
-    """By how much the roots of states (B, 647) went on (B, 3): nothing in a state, something in a prediction."""
+def root_step(states: torch.Tensor) -> torch.Tensor:
+    """Return the root displacement (B, 3) of predictions (B, 647); zero for the state of a present frame."""
     now = states[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)[:, state.NOW]
     return torch.cat([now[:, :2], torch.atan2(now[:, 2], now[:, 3])[:, None]], -1)
 
 
-def ways(path: torch.Tensor) -> torch.Tensor:
-    """Metres (B, K) gone along paths (B, K, 3) from the origin, turns counted too."""
+def path_lengths(path: torch.Tensor) -> torch.Tensor:
+    """Return the lengths (B, K), metres, of paths (B, K, 3) from the origin to each sample; turns add TURN_LENGTH."""
     steps = torch.diff(path, dim=1, prepend=torch.zeros_like(path[:, :1]))
     turns = torch.remainder(steps[..., 2] + torch.pi, 2 * torch.pi) - torch.pi
     return (steps[..., :2].norm(dim=-1) + TURN_LENGTH * turns.abs()).cumsum(1)
 
 
-def seen_goals(states: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
-    """The goals' numbers (B, 143) of states (B, 647), seen from drifted roots."""
+def observe_goals(states: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
+    """Return the goal features (B, 143) of states (B, 647) in the frames of drifted roots."""
     goals = states[:, state.GOAL].reshape(-1, state.SAMPLES, 11)
     turn = -drift[:, 2:].expand(-1, state.SAMPLES)
     seen = [state.to_root(goals[..., :3], drift), state.turn3(goals[..., 3:6], turn), goals[..., 6:]]
     return torch.cat(seen, -1).flatten(1)
 
 
-def seen_path(states: torch.Tensor, drift: torch.Tensor, first: int) -> torch.Tensor:
-    """Places and directions (B, K, 4) of the trajectory's samples from ``first`` on, as somebody drifted has to go to
-    come back to them; told in the drifted frame."""
+def observe_path(states: torch.Tensor, drift: torch.Tensor, first: int) -> torch.Tensor:
+    """Return positions and directions (B, K, 4) of a path that leads from drifted roots back to the captured one.
+
+    first: index of the first trajectory sample. The result is in the frames of the drifted roots.
+    """
     samples = states[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)[:, first:, :4]
     places = samples[..., :2]
     yaws = torch.atan2(samples[..., 2], samples[..., 3])
-    left = torch.exp(-ways(torch.cat([places, yaws[..., None]], -1)) / RETURN)[..., None]
+    left = torch.exp(-path_lengths(torch.cat([places, yaws[..., None]], -1)) / RETURN)[..., None]
     back = left * places + (1 - left) * state.flat_to_root(places, drift)
     turn = -(1 - left[..., 0]) * drift[:, 2:]
     return torch.cat([back, state.turn(samples[..., 2:], turn)], -1)
 
 
-def seen(states: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
-    """States (B, 647) of captured frames as they are for somebody drifted, in the drifted root's frame."""
+def observe(states: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
+    """Return the states (B, 647) of captured frames as observed from drifted roots, in the frames of those."""
     out = states.clone()
-    out[:, state.GOAL] = seen_goals(states, drift)
+    out[:, state.GOAL] = observe_goals(states, drift)
     path = out[:, state.TRAJECTORY].view(-1, state.SAMPLES, 9)
-    path[:, AHEAD, :4] = seen_path(states, drift, state.NOW + 1)
+    path[:, AHEAD, :4] = observe_path(states, drift, state.NOW + 1)
     return state.consistent(out)
 
 
-def followed(targets: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
-    """What follows captured frames (B, 647), for somebody who has drifted and comes back on the way."""
+def correct(targets: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
+    """Return targets (B, 647) for drifted roots: the captured ones, led back towards the captured path."""
     out = targets.clone()
-    out[:, state.GOAL] = seen_goals(targets, drift)
+    out[:, state.GOAL] = observe_goals(targets, drift)
     path = out[:, state.TRAJECTORY].view(-1, state.SAMPLES, 9)
     before = path[:, state.NOW, :4].clone()
-    path[:, state.NOW :, :4] = seen_path(targets, drift, state.NOW)
+    path[:, state.NOW :, :4] = observe_path(targets, drift, state.NOW)
     now = path[:, state.NOW, :4]
     yaw = lambda sample: torch.atan2(sample[:, 2], sample[:, 3])
     turn = yaw(now) - yaw(before)
     pose = out[:, state.POSE].view(-1, state.JOINTS, 4, 3)
-    # The body goes along with its root.
+    # The body moves with its root.
     from_root = torch.zeros_like(pose)
     from_root[:, :, 0, 0::2] = before[:, None, :2]
     to_root = torch.zeros_like(pose)

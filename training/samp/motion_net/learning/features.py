@@ -1,4 +1,4 @@
-"""States and targets of all frames of a training set, computed on the device that trains."""
+"""States and targets of all frames of a training set, computed on the training device."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .....models import state
 from .....samp_addon import skeleton
 
 SMOOTH_PATH = 10.0
-"""Frames, standard deviation of the filter over the planned path: the true future tells by its sway when each foot
-comes down. Nothing does at run time, and legs that have learnt to listen to it then fall asleep."""
-REACH = 40  # frames of the filter to either side
-CHUNK = 1 << 15  # frames encoded at once
+"""Standard deviation, frames, of the filter over the planned path. The sway of the true future path reveals when each
+foot comes down; at run time nothing does, and legs trained on the sway come to rest."""
+REACH = 40  # frames of the filter on each side
+CHUNK = 1 << 15  # frames encoded per batch
 
 
 def matrices(quats: torch.Tensor) -> torch.Tensor:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     w, x, y, z = quats.unbind(-1)
     rows = (
         1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
@@ -29,7 +29,10 @@ def matrices(quats: torch.Tensor) -> torch.Tensor:
 
 
 def forward_kinematics(root: torch.Tensor, quats: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """World joints (N, 22, 3) and global matrices (N, 22, 3, 3) of pelvis (N, 3) and local quaternions (N, 22, 4)."""
+    """Return world joints (N, 22, 3) and global matrices (N, 22, 3, 3).
+
+    root: (N, 3) pelvis. quats: (N, 22, 4) local rotations.
+    """
     rest = torch.as_tensor(skeleton.default_rest_joints()[: state.JOINTS].copy(), dtype=root.dtype)
     rest = rest.to(root.device)
     local = matrices(torch.nn.functional.normalize(quats, dim=-1))
@@ -42,10 +45,10 @@ def forward_kinematics(root: torch.Tensor, quats: torch.Tensor) -> tuple[torch.T
 
 
 class Encoder:
-    """Encodes frames of sequences that lie one after the other.
+    """Encoder of the frames of concatenated sequences.
 
-    root (N, 3), quats (N, 22, 4), actions (N, 5), contacts (N, 5), goal (N, 6), goal_action (N,), and the first and
-    last frame (N,) of the sequence that each frame belongs to.
+    root (N, 3), quats (N, 22, 4), actions (N, 5), contacts (N, 5), goal (N, 6), goal_action (N,), first and last
+    frame (N,) of the sequence of each frame.
     """
 
     def __init__(
@@ -75,13 +78,13 @@ class Encoder:
         joints, _ = self._pose(frames)
         return torch.cat([joints[:, 0, [0, 2]], state.heading_yaw(joints)[:, None]], -1)
 
-    def _within(self, frames: torch.Tensor, of: torch.Tensor) -> torch.Tensor:
-        """Frames (N, ...) moved into the sequences of the frames ``of`` (N,)."""
+    def _clamp_to_sequence(self, frames: torch.Tensor, of: torch.Tensor) -> torch.Tensor:
+        """Clamp frames (N, ...) to the sequences of the frames ``of`` (N,)."""
         shape = (-1,) + (1,) * (frames.dim() - 1)
         return frames.clamp(self.first[of].reshape(shape), self.last[of].reshape(shape))
 
     def _smooth_path(self) -> torch.Tensor:
-        """Roots (N, 3) without the sway of single steps, sequence by sequence."""
+        """Return roots (N, 3) without the sway of single steps, smoothed within each sequence."""
         turns = torch.diff(self.roots[:, 2].double(), prepend=self.roots[:1, 2].double())
         turns = torch.remainder(turns + math.pi, 2 * math.pi) - math.pi
         path = torch.cat([self.roots[:, :2].double(), (self.roots[0, 2] + turns.cumsum(0))[:, None]], -1)
@@ -90,29 +93,33 @@ class Encoder:
         now = torch.arange(len(path), device=path.device)
         smooth = torch.zeros_like(path)
         for offset, weight in zip(offsets, kernel / kernel.sum(), strict=True):
-            smooth += float(weight) * path[self._within(now + int(offset), now)]
+            smooth += float(weight) * path[self._clamp_to_sequence(now + int(offset), now)]
         return smooth.float()
 
     def encode(self, dtype: torch.dtype = torch.float16) -> tuple[torch.Tensor, torch.Tensor]:
-        """States (N, 647) and targets (N, 647): the frame after, told in this one's root frame; the last of a sequence
-        repeats."""
+        """Return states (N, 647) and targets (N, 647).
+
+        A target is the next frame in the root frame of the present one; the last frame of a sequence is repeated.
+        """
         states, targets = [], []
         for frames in self._chunks():
-            states.append(self._told(frames, frames).to(dtype))
-            targets.append(self._told(self._within(frames + 1, frames), frames).to(dtype))
+            states.append(self._assemble(frames, frames).to(dtype))
+            targets.append(self._assemble(self._clamp_to_sequence(frames + 1, frames), frames).to(dtype))
         return torch.cat(states), torch.cat(targets)
 
-    def _told(self, frames: torch.Tensor, reference: torch.Tensor) -> torch.Tensor:
+    def _assemble(self, frames: torch.Tensor, reference: torch.Tensor) -> torch.Tensor:
         offsets = torch.as_tensor(state.SAMPLE_OFFSETS, device=frames.device)
-        window = self._within(frames[:, None] + offsets, frames)
-        # The future of the goals is unknown at run time: it is taken to stay what it is.
+        window = self._clamp_to_sequence(frames[:, None] + offsets, frames)
+        # At run time, future goals are unknown and assumed to stay the present one.
         known = torch.minimum(window, reference[:, None])
         path = torch.where((offsets > 0)[:, None], self.planned[window], self.roots[window])
-        ahead = self.planned[self._within(frames + state.FPS, frames)]
+        ahead = self.planned[self._clamp_to_sequence(frames + state.FPS, frames)]
         joints, turned = self._pose(frames)
-        before = self._within(frames - 1, frames)
-        after = torch.where(before == frames, self._within(frames + 1, frames), frames)
-        velocity = (self._pose(after)[0] - self._pose(self._within(after - 1, frames))[0]) * state.FPS
+        before = self._clamp_to_sequence(frames - 1, frames)
+        after = torch.where(before == frames, self._clamp_to_sequence(frames + 1, frames), frames)
+        velocity = (
+            self._pose(after)[0] - self._pose(self._clamp_to_sequence(after - 1, frames))[0]
+        ) * state.FPS
         axes = torch.stack([turned[..., 2], turned[..., 1]], -2)
         return state.assemble(
             self.roots[reference], joints, axes, velocity, ahead, path,

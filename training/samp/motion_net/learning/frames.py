@@ -1,4 +1,4 @@
-"""A training set resident on a device: every frame's state and target, its furniture, and where rollouts may start."""
+"""A training set resident on a device: state and target of every frame, furniture, and start frames of rollouts."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ from . import compact
 from .features import Encoder
 
 SHARES = {"sit": 0.40, "lie": 0.17, "walk": 0.19, "stroll": 0.08, "run": 0.10, "idle": 0.06}
-BED_HALF = 0.5  # metres from a lying place that count as reached: the edge comes first
-UNKNOWN_BEFORE, UNKNOWN_AFTER = 25, 30  # frames next to an open end that nobody may learn from
-BOTH_SIDES = [0, 2, 1, 4, 3]  # contacts with right and left exchanged
+BED_HALF = (
+    0.5  # metres subtracted from the distance to a lying place, because the edge of the bed comes first
+)
+UNKNOWN_BEFORE, UNKNOWN_AFTER = 25, 30  # frames next to an open end that are not learnt
+BOTH_SIDES = [0, 2, 1, 4, 3]  # order of the contacts with right and left exchanged
 
 
 @dataclass
 class Frames:
-    """N frames of S sequences with P pieces, all on one device.
+    """N frames of S sequences with P pieces of furniture, all on one device.
 
     states, targets: (N, 647) half precision. roots: (N, 3). sequence: (N,). usable, seated_goal, lying_goal: (N,).
-    goal: (N, 2) x and z of the goal in force. pieces (S, K), -1 for none, their placements (S, K, 3), choices (S,)
-    how many of them there are. centres (P, 512, 3), occupancy (P, 512). starts: (M,) frames in which a rollout may
-    begin; until: (M,) how likely it begins in this one or one before.
+    goal: (N, 2) x and z of the goal in force. pieces (S, K), -1 for none, their placements (S, K, 3), and
+    choices (S,), the count of pieces. centres (P, 512, 3), occupancy (P, 512). starts: (M,) frames in which a rollout
+    may start; until: (M,) their cumulative probabilities.
     """
 
     states: torch.Tensor
@@ -53,23 +55,23 @@ class Frames:
     def device(self) -> torch.device:
         return self.roots.device
 
-    def starts_of(self, chance: torch.Tensor) -> torch.Tensor:
-        """First frames (B,) of rollouts, balanced over the kinds. chance: (B,) between 0 and 1, double precision."""
+    def sample_starts(self, chance: torch.Tensor) -> torch.Tensor:
+        """Return start frames (B,), balanced over the kinds. chance: (B,) uniform in 0 to 1, double precision."""
         return self.starts[torch.searchsorted(self.until, chance).clamp(max=len(self.starts) - 1)]
 
-    def pieces_of(self, frames: torch.Tensor, chance: torch.Tensor) -> torch.Tensor:
-        """One of the pieces (B,), as a column of ``pieces``, that fit the sequences of frames (B,)."""
+    def sample_pieces(self, frames: torch.Tensor, chance: torch.Tensor) -> torch.Tensor:
+        """Return a column (B,) of ``pieces`` for the sequences of frames (B,). chance: (B,) uniform in 0 to 1."""
         among = self.choices[self.sequence[frames]]
         return (chance * among).long().clamp(max=self.pieces.shape[1] - 1)
 
     def goal_distance(self, frames: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
-        """Metres (B,) on the floor from roots (B, 3) to the goals of frames (B,), or to the edge of a bed."""
+        """Return horizontal distances (B,), metres, from roots (B, 3) to the goals or edges of beds of frames (B,)."""
         return (roots[:, :2] - self.goal[frames]).norm(dim=-1) - BED_HALF * self.lying_goal[frames]
 
     def object_features(
         self, frames: torch.Tensor, roots: torch.Tensor, choice: torch.Tensor
     ) -> torch.Tensor:
-        """Features (B, 2048) of the pieces ``choice`` (B,) of frames (B,), seen from roots (B, 3)."""
+        """Return the features (B, 2048) of the pieces ``choice`` (B,) of frames (B,) in the frames of roots (B, 3)."""
         number = self.sequence[frames]
         piece, place = self.pieces[number, choice], self.placements[number, choice]
         centres = self.centres[piece.clamp(min=0)]
@@ -80,12 +82,12 @@ class Frames:
 
 
 def load(path: Path, device: str, window: int) -> Frames:
-    """The set of prepare.py, or its compact form. window: frames that a rollout has to have before it."""
+    """Load the output of prepare.py or its compact form. window: usable frames that must follow a start frame."""
     return load_with_starts(path, device, window)[0]
 
 
 def load_with_starts(path: Path, device: str, window: int) -> tuple[Frames, dict[str, torch.Tensor]]:
-    """The set, and the poses that takes start in, where the file holds them: start_heights and start_rotations."""
+    """Load a training set, and the start poses if the file contains them: start_heights and start_rotations."""
     raw = compact.read(path) if path.suffix == ".bin" else dict(np.load(path))
     starts = {
         name: torch.as_tensor(raw.pop(name)) for name in ("start_heights", "start_rotations") if name in raw
@@ -94,8 +96,8 @@ def load_with_starts(path: Path, device: str, window: int) -> tuple[Frames, dict
 
 
 def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
-    """The set of these arrays (training/composition/sequence.py, save), mirror images added where they are wanted."""
-    raw = complete(raw)
+    """Build a training set from arrays (save in training/composition/sequence.py). Adds mirror images if requested."""
+    raw = with_defaults(raw)
     if raw["mirrored"]:
         raw = _with_mirror_images(raw)
     tensor = lambda name, dtype=torch.float32: torch.as_tensor(raw[name], device=device).to(dtype)
@@ -121,8 +123,8 @@ def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
     )  # fmt: skip
 
 
-def complete(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The arrays with those that older files have not."""
+def with_defaults(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the arrays, with defaults for those that older files lack."""
     count = len(raw["lengths"])
     return {
         "weights": np.ones(count, np.float32),
@@ -133,7 +135,7 @@ def complete(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _with_mirror_images(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Every sequence twice, the second time with left and right exchanged, across the plane x = 0."""
+    """Return the arrays with a copy of every sequence, mirrored at the plane x = 0."""
     other = dict(raw)
     across = np.array([-1, 1, 1], np.float32)
     other["root"] = raw["root"] * across
@@ -146,7 +148,7 @@ def _with_mirror_images(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     for name in ("pieces", "more_pieces"):
         other[name] = np.where(raw[name] < 0, -1, raw[name] + count)
     grid = (count, RESOLUTION, RESOLUTION, RESOLUTION)
-    # Cells are told in the order of the box's axes: the mirrored box is read from its other end.
+    # Cells are in the order of the box's axes, so the x axis of the mirrored box is reversed.
     other["piece_centres"] = (raw["piece_centres"].reshape(*grid, 3)[:, ::-1] * across).reshape(count, -1, 3)
     other["piece_occupancy"] = raw["piece_occupancy"].reshape(grid)[:, ::-1].reshape(count, -1)
     return {name: values if name == "mirrored" else np.concatenate([values, other[name]])
@@ -154,7 +156,7 @@ def _with_mirror_images(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _usable(raw: dict[str, np.ndarray]) -> np.ndarray:
-    """Flags (N,) of frames to learn from: no pops, and all of the past and future that their states tell of."""
+    """Return flags (N,) of frames without pops whose states contain only known past and future."""
     usable = ~raw["bad"]
     ends = np.cumsum(raw["lengths"])
     for begin, end, (open_start, open_end) in zip(ends - raw["lengths"], ends, raw["open_ends"], strict=True):
@@ -164,8 +166,11 @@ def _usable(raw: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _starts(raw: dict[str, np.ndarray], usable: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:
-    """Frames (M,) from which ``window`` frames stay in usable frames of one sequence, and how likely a rollout begins
-    in each of them or before (M,): shared out among the kinds, within a kind by the sequences' weights."""
+    """Return start frames (M,) and their cumulative probabilities (M,).
+
+    From a start frame, ``window`` usable frames of one sequence follow. The kinds have the probabilities SHARES;
+    within a kind, frames are weighted by their sequences.
+    """
     sequence = np.repeat(np.arange(len(raw["lengths"])), raw["lengths"])
     total = np.concatenate([[0], np.cumsum(usable)])
     at = np.arange(max(len(usable) - window, 0))

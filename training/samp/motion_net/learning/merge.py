@@ -1,4 +1,4 @@
-"""Some kinds of sequences out of one training set, all others out of another.
+"""Merge two training sets: some kinds of sequences from one, all others from the other.
 
 python -m samp_blender.training.samp.motion_net.learning.merge BASE.npz OTHER.npz OUT.npz --kinds sit lie
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .frames import complete
+from .frames import with_defaults
 
 OF_FRAMES = ("root", "rotations", "actions", "contacts", "goal", "goal_action", "bad")
 OF_SEQUENCES = (
@@ -27,16 +27,16 @@ OF_PIECES = ("piece_centres", "piece_occupancy")
 
 
 def chosen(raw: dict[str, np.ndarray], keep: np.ndarray) -> dict[str, np.ndarray]:
-    """The sequences with keep (S,) set."""
+    """Return the arrays of the sequences with keep (S,) set."""
     frames = np.repeat(keep, raw["lengths"])
     part = {name: raw[name][frames] for name in OF_FRAMES} | {name: raw[name][keep] for name in OF_SEQUENCES}
     return raw | part
 
 
 def joined(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Two sets as one. Raises ValueError where only one of them wants mirror images."""
+    """Concatenate two sets. Raises ValueError if only one of them is to be mirrored."""
     if bool(a["mirrored"]) != bool(b["mirrored"]):
-        raise ValueError("one of the two sets holds its mirror images and the other does not")
+        raise ValueError("one of the two sets is mirrored when it is read and the other is not")
     count, most = len(a["piece_centres"]), max(a["more_pieces"].shape[1], b["more_pieces"].shape[1])
     out = {}
     for name in OF_FRAMES + OF_SEQUENCES + OF_PIECES:
@@ -60,9 +60,9 @@ def main() -> None:
     parser.add_argument("base", type=Path)
     parser.add_argument("other", type=Path)
     parser.add_argument("output", type=Path)
-    parser.add_argument("--kinds", nargs="+", required=True, help="kinds taken out of the other set")
+    parser.add_argument("--kinds", nargs="+", required=True, help="kinds taken from OTHER")
     options = parser.parse_args()
-    base, other = (complete(dict(np.load(path))) for path in (options.base, options.other))
+    base, other = (with_defaults(dict(np.load(path))) for path in (options.base, options.other))
     taken = np.isin(other["kinds"], options.kinds)
     whole = joined(chosen(base, ~np.isin(base["kinds"], options.kinds)), chosen(other, taken))
     np.savez_compressed(options.output, **whole)

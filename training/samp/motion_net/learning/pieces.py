@@ -1,4 +1,4 @@
-"""Weights written in pieces that fit through a narrow door, and put together again.
+"""Weights split into files of limited size, and their assembly.
 
 python -m samp_blender.training.samp.motion_net.learning.pieces FOLDER OUTPUT
 """
@@ -14,13 +14,15 @@ from safetensors.torch import save
 
 from .....models import weights
 
-MOST = 16 * 2**20 - 4096  # bytes of a piece
+MOST = 16 * 2**20 - 4096  # bytes per file
 CONTENTS = "contents.json"
 
 
 def write(folder: Path, name: str, tensors: dict[str, torch.Tensor], scratch: Path) -> int:
-    """Writes tensors in half precision as NAME.0, NAME.1, ...; returns how many pieces. scratch: a folder of the same
-    file system, so that no piece is ever half written."""
+    """Write tensors in half precision as NAME.0, NAME.1, ...; return the number of files.
+
+    scratch: a folder on the same file system; files are moved from there, so that no incomplete one appears.
+    """
     half = {k: (v.half() if v.is_floating_point() else v).contiguous().cpu() for k, v in tensors.items()}
     body = save(half)
     parts = [body[at : at + MOST] for at in range(0, len(body), MOST)]
@@ -32,13 +34,13 @@ def write(folder: Path, name: str, tensors: dict[str, torch.Tensor], scratch: Pa
 
 
 def write_contents(folder: Path, contents: dict, scratch: Path) -> None:
-    """Notes what the pieces are of."""
+    """Write the table of contents."""
     (scratch / CONTENTS).write_text(json.dumps(contents, indent=1))
     (scratch / CONTENTS).replace(folder / CONTENTS)
 
 
 def join(folder: Path, output: Path) -> list[Path]:
-    """Weights of every run in a folder of pieces, as models/weights.py loads them, in OUTPUT/RUN."""
+    """Assemble the weights of every run into OUTPUT/RUN, as models/weights.py loads them; return the files' paths."""
     contents = json.loads((folder / CONTENTS).read_text())
     made = []
     for run in contents["runs"]:

@@ -1,4 +1,4 @@
-"""What a GPU makes of the training: whether steps can be captured and fused, and how long they take.
+"""Measure training steps on a GPU: whether they can be captured and fused, and how long they take.
 
 python -m samp_blender.training.samp.motion_net.learning.probe --data motion.bin --seconds 90
 """
@@ -20,8 +20,8 @@ from .trainer import window
 WARM, TIMED = 20, 200
 
 
-def milliseconds(run: Run, steps: int) -> float:
-    """Of one step."""
+def milliseconds_per_step(run: Run, steps: int) -> float:
+    """Return the duration of a step."""
     for _ in range(WARM):
         run.trainer.step(0.0)
     torch.cuda.synchronize()
@@ -32,18 +32,18 @@ def milliseconds(run: Run, steps: int) -> float:
     return (time.time() - began) / steps * 1000
 
 
-def case(data: frames.Frames, hidden: int, batch: int, graph: bool, fuse: bool, eights: bool) -> Run:
-    """Times one training and prints what it takes and whether it learns."""
-    motion_net.PAD_ON_GPU = eights
+def case(data: frames.Frames, hidden: int, batch: int, graph: bool, fuse: bool, pad: bool) -> Run:
+    """Time one training and print duration, memory and loss."""
+    motion_net.PAD_ON_GPU = pad
     began = time.time()
     options = DEFAULTS | {"hidden": hidden, "batch": batch, "seed": 0, "encoder": 0}
     run = Run(f"{hidden}x{batch}", options, data, graph, fuse)
     ready = time.time() - began
-    first = milliseconds(run, 10 if not graph else TIMED)
+    first = milliseconds_per_step(run, 10 if not graph else TIMED)
     losses = run.trainer.losses()
     memory = torch.cuda.max_memory_allocated() / 2**30
     print(
-        f"hidden {hidden} batch {batch} graph {graph} fuse {fuse} eights {eights}: {first:.2f} ms a step, ready after "
+        f"hidden {hidden} batch {batch} graph {graph} fuse {fuse} pad {pad}: {first:.2f} ms a step, ready after "
         f"{ready:.1f} s, loss {losses['loss']:.1f}, {memory:.1f} GiB",
         flush=True,
     )
@@ -51,11 +51,11 @@ def case(data: frames.Frames, hidden: int, batch: int, graph: bool, fuse: bool, 
 
 
 def together(runs: list[Run], seconds: float) -> None:
-    """Times trainings side by side."""
+    """Time trainings that run side by side."""
     before = [run.trainer.step_number for run in runs]
     began = time.time()
     while time.time() - began < seconds:
-        queued = [run.go_on(0.0) for run in runs]
+        queued = [run.queue_steps(0.0) for run in runs]
         if not any(queued):
             time.sleep(0.0005)
     torch.cuda.synchronize()
@@ -70,14 +70,14 @@ def together(runs: list[Run], seconds: float) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--seconds", type=float, default=100.0, help="no case begins later than this")
+    parser.add_argument("--seconds", type=float, default=100.0, help="start no case later than this")
     options = parser.parse_args()
     began = time.time()
     print(torch.__version__, torch.cuda.get_device_name(), flush=True)
     data = frames.load(options.data, "cuda", window())
     print(f"{len(data)} frames after {time.time() - began:.1f} s", flush=True)
     kept: list[Run] = []
-    for hidden, batch, graph, fuse, eights in (
+    for hidden, batch, graph, fuse, pad in (
         (512, 2048, False, False, True), (512, 2048, True, False, True), (256, 2048, True, False, True),
         (512, 2048, True, True, True), (256, 2048, True, True, True), (512, 2048, True, True, False),
         (512, 4096, True, True, True),
@@ -85,10 +85,10 @@ def main() -> None:
         if time.time() - began > options.seconds:
             break
         try:
-            run = case(data, hidden, batch, graph, fuse, eights)
-            kept += [run] if graph and batch == 2048 and eights else []
+            run = case(data, hidden, batch, graph, fuse, pad)
+            kept += [run] if graph and batch == 2048 and pad else []
         except Exception:
-            # A case that fails is what the probe is for; the next ones are still worth knowing.
+            # The probe has to find cases that fail; the remaining ones are still measured.
             traceback.print_exc()
     if kept:
         together(kept[-3:], 5.0)

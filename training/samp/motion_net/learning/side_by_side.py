@@ -1,9 +1,9 @@
-"""Several trainings of MotionNet on one GPU at once, ending at a fixed time.
+"""Run several trainings of MotionNet on one GPU side by side until a fixed time.
 
 python -m samp_blender.training.samp.motion_net.learning.side_by_side --data motion.bin --output OUT --seconds 540
     --run wide:hidden=512,batch=2048 --run slim:hidden=256,batch=2048,seed=1
 
-Each training replays its graph on a stream of its own: one alone is bound by the latency of its small kernels.
+Each training replays its graph on a separate stream; a single one is limited by the latency of its small kernels.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from ..schedule import Schedule
 from . import frames, pieces
 from .trainer import Trainer, window
 
-STEPS = 20  # of one training between two looks at its stream
+STEPS = 20  # steps of one training that are queued together
 DEFAULTS = {
     "rate": 4e-4, "sampling_from": 0.1, "sampling_to": 0.35, "least_truth": 0.3, "kl_weight": 0.6, "prior_share": 0.5,
     "held": 16, "most_frames": 120, "average": 0.995,
 }  # fmt: skip
-SAVING = 12.0  # seconds kept for the last checkpoint
+SAVING = 12.0  # seconds reserved for the last checkpoint
 
 
 class Run:
-    """One of the trainings: its Trainer, its stream, and the events that tell how far the GPU is."""
+    """One of the trainings: its Trainer, its stream, and the events that mark its progress on the GPU."""
 
     def __init__(self, name: str, options: dict, data: frames.Frames, graph: bool, fuse: bool) -> None:
         self.name, self.options = name, options
@@ -41,14 +41,14 @@ class Run:
         self.on_gpu = data.device.type == "cuda"
         self.stream = torch.cuda.Stream() if self.on_gpu else None
         self.queued: list = []
-        self.sound: dict[str, torch.Tensor] = {}
+        self.last_finite: dict[str, torch.Tensor] = {}
         if fuse:
             self.trainer.compile()
         if self.on_gpu and graph:
             self.trainer.capture()
 
-    def go_on(self, done: float) -> bool:
-        """Queues some steps unless two groups of them are still running; whether it did."""
+    def queue_steps(self, done: float) -> bool:
+        """Queue STEPS steps unless two groups are still running; return whether they were queued."""
         if not self.on_gpu:
             self.trainer.step(done)
             return True
@@ -64,23 +64,23 @@ class Run:
         return True
 
     def report(self) -> str:
-        """Mean losses since the last report; goes back to the last sound weights where they are not finite."""
+        """Return the mean losses since the last report; restore the last finite weights if they are not finite."""
         with torch.cuda.stream(self.stream):
             losses = self.trainer.losses()
             finite = all(math.isfinite(value) and abs(value) < 1e6 for value in losses.values())
             finite = finite and all(bool(v.isfinite().all()) for v in self.trainer.average.values())
             if finite:
-                self.sound = {k: v.clone() for k, v in self.trainer.average.items()}
-            elif self.sound:
-                self.trainer.recover(self.sound)
+                self.last_finite = {k: v.clone() for k, v in self.trainer.average.items()}
+            elif self.last_finite:
+                self.trainer.recover(self.last_finite)
         text = " ".join(f"{name} {value:.3f}" for name, value in losses.items())
         return (
-            f"{self.name} step {self.trainer.step_number} {text}{'' if finite else ' NOT FINITE: went back'}"
+            f"{self.name} step {self.trainer.step_number} {text}{'' if finite else ' NOT FINITE: restored'}"
         )
 
 
-def options_of(text: str) -> tuple[str, dict]:
-    """Name and options of NAME:KEY=VALUE,KEY=VALUE..."""
+def parse_run(text: str) -> tuple[str, dict]:
+    """Return name and options of NAME:KEY=VALUE,KEY=VALUE..."""
     name, _, rest = text.partition(":")
     options: dict = DEFAULTS | {"batch": 2048, "seed": 0, "hidden": 512, "encoder": 0}
     for pair in filter(None, rest.split(",")):
@@ -90,7 +90,7 @@ def options_of(text: str) -> tuple[str, dict]:
 
 
 class Log:
-    """Lines on the screen and in a file, with the seconds since the program began."""
+    """Writes lines to the screen and to a file, with the seconds since the start of the program."""
 
     def __init__(self, path: Path, began: float) -> None:
         self.path, self.began = path, began
@@ -103,26 +103,26 @@ class Log:
 
 
 def save(runs: list[Run], starts: dict[str, torch.Tensor], output: Path, scratch: Path) -> None:
-    """The averaged weights of all runs, in pieces."""
+    """Write the averaged weights of all runs, in pieces."""
     for run in runs:
         with torch.cuda.stream(run.stream):
-            pieces.write(output, run.name, run.trainer.shipped() | starts, scratch)
+            pieces.write(output, run.name, run.trainer.exported() | starts, scratch)
             if run.options["encoder"]:
                 pieces.write(output, f"{run.name}_encoder", run.trainer.encoder(), scratch)
-    told = {run.name: run.options | {"steps": run.trainer.step_number} for run in runs}
-    pieces.write_contents(output, {"runs": told}, scratch)
+    options = {run.name: run.options | {"steps": run.trainer.step_number} for run in runs}
+    pieces.write_contents(output, {"runs": options}, scratch)
 
 
 def train(runs: list[Run], log: Log, end: float, checkpoint: float, write: Callable[[], None]) -> None:
-    """Trains all runs until ``end`` (time.time()), a report every few seconds, a checkpoint every ``checkpoint``."""
-    began = told = saved = time.time()
+    """Train all runs until ``end`` (time.time()), with a report every 5 s and a checkpoint every ``checkpoint`` s."""
+    began = reported = saved = time.time()
     while (now := time.time()) < end:
         done = min((now - began) / (end - began), 1.0)
-        queued = [run.go_on(done) for run in runs]
+        queued = [run.queue_steps(done) for run in runs]
         if not any(queued):
             time.sleep(0.0005)
-        if now - told > 5:
-            told = now
+        if now - reported > 5:
+            reported = now
             for run in runs:
                 log(f"{run.report()} done {done:.3f} steps/s {run.trainer.step_number / (now - began):.0f}")
         if now - saved > checkpoint:
@@ -139,15 +139,11 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument(
-        "--seconds", type=float, required=True, help="from the start of the program to its end"
-    )
+    parser.add_argument("--seconds", type=float, required=True, help="duration of the program")
     parser.add_argument("--run", action="append", required=True, metavar="NAME:KEY=VALUE,...")
     parser.add_argument("--checkpoint", type=float, default=60.0, help="seconds between checkpoints")
-    parser.add_argument("--no-graph", action="store_true", help="steps are not captured as a graph")
-    parser.add_argument(
-        "--fuse", action="store_true", help="small operations are compiled into fewer kernels"
-    )
+    parser.add_argument("--no-graph", action="store_true", help="do not capture steps as a graph")
+    parser.add_argument("--fuse", action="store_true", help="compile small operations into fewer kernels")
     parser.add_argument("--cpu", action="store_true")
     options = parser.parse_args()
     began = time.time()
@@ -159,9 +155,9 @@ def main() -> None:
     log(f"{len(data)} frames, {int(data.usable.sum())} usable, {len(data.starts)} starts on {device}")
     runs = []
     for text in options.run:
-        runs.append(Run(*options_of(text), data, not options.no_graph, options.fuse))
+        runs.append(Run(*parse_run(text), data, not options.no_graph, options.fuse))
         log(f"{text} ready")
-    # On the output's own file system, so that moving a file is one step.
+    # On the file system of the output, so that moving a file is atomic.
     with tempfile.TemporaryDirectory(dir=options.output) as scratch:
         write = lambda: save(runs, starts, options.output, Path(scratch))
         end = began + options.seconds - (SAVING if device == "cuda" else 3.0)

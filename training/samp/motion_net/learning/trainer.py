@@ -1,4 +1,4 @@
-"""MotionNet's training, step by step: loss, optimiser, averaged weights; on a GPU as one replayed graph a step."""
+"""Training steps of MotionNet: loss, optimiser, averaged weights; on a GPU, each step is the replay of one graph."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT
 from ..schedule import Schedule
 from . import drift
 from .frames import Frames
-from .rollouts import BEGIN_ASIDE, LATEST, Draws, Rollouts
+from .rollouts import LATEST, START_DRIFT, Draws, Rollouts
 
 WINDOW = 60  # frames of a rollout, L of section B.3
-# Weights of the loss. The goal's numbers are never read from a prediction: the caller knows the goal. FUTURE is not
-# read either, and both FUTURE and GOAL_TRAJECTORY hold what nobody can foretell.
+# Weights of the loss. Predicted goals are never read, since the caller knows the goal. FUTURE is not read either, and
+# FUTURE and GOAL_TRAJECTORY are partly unpredictable.
 LOSS_WEIGHTS = ((state.GOAL, 0.02), (state.FUTURE, 0.3), (state.GOAL_TRAJECTORY, 0.5))
-LEAST_CHANGE = 0.002  # the same of the change that the decoder tells
-ROBUST = 1.0  # standard deviations beyond which an error counts by its size, not its square
-BLIND = 1e4  # by which the object's numbers are put out of sight for the ablation
-LEAST_STD = 0.02  # of any input dimension: nearly constant numbers must not become loud noise
+MIN_CHANGE_STD = 0.002  # smallest standard deviation of an output of the decoder
+ROBUST = 1.0  # standard deviations beyond which the loss is linear in the error
+BLIND = 1e4  # mean and standard deviation of the object's features are multiplied by this for the ablation
+MIN_STD = 0.02  # smallest standard deviation of an input: nearly constant ones must not be amplified to noise
 EMA_EVERY = 10
-RUN_TIME_NOISE = 0.1  # standard deviation of z at run time, of what is drawn every frame
-STRANGE = 0.1  # share of the rollouts whose held part of z tells nothing of what they take after
-STEEPEST = 20.0  # norm of the gradient
-STATISTICS = 60_000  # frames that mean and standard deviation are measured on
-WARM_UP = 4  # steps before a step is captured
+RUN_TIME_NOISE = 0.1  # standard deviation, at run time, of the components of z that are drawn every frame
+UNRELATED_SHARE = 0.1  # share of the rollouts whose held components of z are not encoded from the motion
+MAX_GRADIENT_NORM = 20.0  # the gradient is clipped to this norm
+STATISTICS = 60_000  # frames from which mean and standard deviation are computed
+WARM_UP = 4  # steps before the capture
 
 
 class Trainer:
-    """The network, its optimiser and averaged weights, and the rollouts in flight.
+    """The network, its optimiser and averaged weights, and the rollouts.
 
-    average: the weights' running average by name. sums: (4,) of pose loss, KL divergence of what is drawn every frame
-    and of what is held, and loss, since they were last read.
+    average: running average of the weights by name. sums: (4,) of pose loss, KL divergence of the components of z drawn
+    every frame, KL divergence of the held ones, and loss, since they were last read.
     """
 
     def __init__(self, frames: Frames, schedule: Schedule, batch: int, seed: int) -> None:
@@ -59,15 +59,15 @@ class Trainer:
         self.graph: torch.cuda.CUDAGraph | None = None
 
     def _measure_statistics(self) -> None:
-        """Mean and standard deviation of inputs, targets and object features over a sample of usable frames."""
+        """Compute mean and standard deviation of inputs, targets and object features over a sample of usable frames."""
         usable = torch.nonzero(self.frames.usable)[:, 0]
         frames = usable[torch.randperm(len(usable), device=self.device)[:STATISTICS]]
         seated = frames[self.frames.seated_goal[frames]][:6000]
         aside = (
-            BEGIN_ASIDE / 2 * torch.randn(len(frames), 3, device=self.device) * float(self.schedule.drifts)
+            START_DRIFT / 2 * torch.randn(len(frames), 3, device=self.device) * float(self.schedule.drifts)
         )
-        states = drift.seen(self.frames.states[frames].float(), aside)
-        targets = drift.followed(self.frames.targets[frames].float(), aside)
+        states = drift.observe(self.frames.states[frames].float(), aside)
+        targets = drift.correct(self.frames.targets[frames].float(), aside)
         nowhere = torch.zeros(2, 2048, device=self.device)
         none = torch.zeros_like(seated)
         sample = {
@@ -79,15 +79,15 @@ class Trainer:
         }
         for name, values in sample.items():
             std = values.std(0)
-            floor = {"object": 1e-4, "input": LEAST_STD, "target": LEAST_CHANGE}[name]
+            floor = {"object": 1e-4, "input": MIN_STD, "target": MIN_CHANGE_STD}[name]
             std = torch.where(std < 1e-5, torch.ones_like(std), std.clamp(min=floor))
-            # So far away and so large that every object looks the same, in training and at run time.
-            blind = BLIND if name == "object" and not self.schedule.sees_object else 1.0
-            getattr(self.net, f"{name}_mean").copy_(values.mean(0) * blind)
-            getattr(self.net, f"{name}_std").copy_(std * blind)
+            # With these, the normalised features of all objects are nearly equal, in training and at run time.
+            factor = BLIND if name == "object" and not self.schedule.sees_object else 1.0
+            getattr(self.net, f"{name}_mean").copy_(values.mean(0) * factor)
+            getattr(self.net, f"{name}_std").copy_(std * factor)
 
     def step(self, done: float) -> None:
-        """One optimiser step, all rollouts going on by one frame. done: share of the training, 0 to 1."""
+        """Make one optimiser step and advance all rollouts by one frame. done: share of the training, 0 to 1."""
         if self.step_number % EMA_EVERY == 0:
             self._set_progress(done)
         if self.graph is None:
@@ -115,13 +115,15 @@ class Trainer:
             torch._foreach_lerp_(list(self.average.values()), list(self.net.parameters()), 1 - decay)
 
     def compile(self) -> None:
-        """Fuses the many small operations around the networks into few kernels. Takes up to a minute."""
-        self._look = torch.compile(self._look, dynamic=False)
-        self._go_on = torch.compile(self._go_on, dynamic=False)
+        """Fuse the many small operations around the networks into few kernels. Takes up to a minute."""
+        self._network_inputs = torch.compile(self._network_inputs, dynamic=False)
+        self._advance_rollouts = torch.compile(self._advance_rollouts, dynamic=False)
 
     def capture(self) -> None:
-        """Makes all later steps replays of one graph: a step is some hundred small kernels, each of which takes longer
-        to launch than to run. CUDA only."""
+        """Record a step as a graph, which later steps replay. CUDA only.
+
+        A step consists of hundreds of small kernels, each of which takes longer to launch than to run.
+        """
         stream = torch.cuda.Stream()
         stream.wait_stream(torch.cuda.current_stream())
         with torch.cuda.stream(stream):
@@ -137,105 +139,105 @@ class Trainer:
         self.graph = graph
 
     def _advance(self) -> None:
-        """Loss, gradient, optimiser step and the rollouts' next inputs, without a look at any value."""
+        """Compute loss, gradient, optimiser step and the next inputs, without reading any value on the host."""
         rollouts = self.rollouts
         draws = Draws.new(rollouts.count, self.device)
         with torch.no_grad():
-            look = self._look()
-        loss, out, parts = self._loss(*look)
+            inputs = self._network_inputs()
+        loss, out, parts = self._loss(*inputs)
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(self.net.parameters(), STEEPEST)
+        torch.nn.utils.clip_grad_norm_(self.net.parameters(), MAX_GRADIENT_NORM)
         self.optimiser.step()
         with torch.no_grad():
             self.sums += torch.stack([*parts, loss.detach()])
-            self._go_on(out.detach(), draws)
+            self._advance_rollouts(out.detach(), draws)
 
-    def _look(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """What the networks are given, normalised: states and changes (B, 647), object features (B, 2048).
+    def _network_inputs(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Return normalised states and changes (B, 647) and object features (B, 2048).
 
-        Where a part of z is held, B is twice as large: the second half is the frames that the rollouts take after.
+        If components of z are held, the batch is twice as large; its second half are the style frames.
         """
         rollouts = self.rollouts
         x, y, features = rollouts.x, rollouts.targets(), rollouts.object_features()
         if self.schedule.held:
-            other = rollouts.taken_after()
+            other = rollouts.style_inputs()
             x, y, features = (torch.cat(pair) for pair in zip((x, y, features), other, strict=True))
         net = self.net
         return (x - net.input_mean) / net.input_std, net.change(y, x), net.normalised_object(features)
 
-    def _go_on(self, out: torch.Tensor, draws: Draws) -> None:
+    def _advance_rollouts(self, out: torch.Tensor, draws: Draws) -> None:
         predicted = self.net.next_state(out, self.rollouts.x)
         self.rollouts.advance(predicted, self.net.target_std[state.POSE], draws)
 
     def _loss(
         self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, tuple[torch.Tensor, ...]]:
-        """Loss (), the decoder's outputs (B, 647), and the loss' parts: pose, KL divergences."""
+        """Return the loss (), the outputs of the decoder (B, 647), and parts of the loss: pose, KL divergences."""
         net, schedule, count = self.net, self.schedule, self.rollouts.count
         mixed = self.device.type == "cuda"
         with torch.autocast(self.device.type, torch.bfloat16, enabled=mixed, cache_enabled=False):
             mean, log_variance = net.encode(x, y, features)
-            z, kl, held_kl = self._drawn(mean.float(), log_variance.float())
+            z, kl, held_kl = self._sample_z(mean.float(), log_variance.float())
             out = net.decoder(z, x[:count], features[:count]).float()
         error = functional.smooth_l1_loss(out, y[:count], reduction="none", beta=ROBUST) * self.weights
         loss = error.sum(-1).mean() + schedule.kl_weight * kl + schedule.held_weight * held_kl
         return loss, out, (error[:, state.POSE].sum(-1).mean().detach(), kl.detach(), held_kl.detach())
 
-    def _drawn(
+    def _sample_z(
         self, mean: torch.Tensor, log_variance: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """z (B, 64) and the KL divergences () of what is drawn every frame and of what is held.
+        """Return z (B, 64) and the KL divergences () of the components drawn every frame and of the held ones.
 
-        The first numbers of z are the encoder's at another moment of the same motion, and the same for the whole
-        rollout: they can tell how somebody walks or sits, and not what comes next.
+        The held components come first. They are encoded from another moment of the same motion and constant during a
+        rollout, so that they contain the style of a motion and not its next frame.
         """
         count, held = self.rollouts.count, self.schedule.held
         deviation, divergence = torch.exp(0.5 * log_variance), _divergence(mean, log_variance)
-        blind = self._first(count, self.schedule.prior_share)
+        prior = self._leading(count, self.schedule.prior_share)
         noise = torch.randn(count, LATENT - held, device=self.device)
-        noise = deviation[:count, held:].masked_fill(blind, RUN_TIME_NOISE) * noise
-        z = mean[:count, held:].masked_fill(blind, 0.0) + noise
-        kl = (divergence[:count, held:] * ~blind).sum(-1).mean()
+        noise = deviation[:count, held:].masked_fill(prior, RUN_TIME_NOISE) * noise
+        z = mean[:count, held:].masked_fill(prior, 0.0) + noise
+        kl = (divergence[:count, held:] * ~prior).sum(-1).mean()
         if self.schedule.network != "motion_net":
             return torch.zeros(count, LATENT, device=self.device), kl, torch.zeros_like(kl)
         if not held:
             return z, kl, torch.zeros_like(kl)
-        # From the other end than those whose other part is noise, so that each pairing occurs.
-        strange = self._first(count, STRANGE).flip(0)
-        noise = self.rollouts.noise[:, :held] * deviation[count:, :held].masked_fill(strange, 1.0)
-        kept = mean[count:, :held].masked_fill(strange, 0.0) + noise
-        held_kl = (divergence[count:, :held] * ~strange).sum(-1).mean()
+        # Counted from the other end than ``prior``, so that all combinations occur.
+        unrelated = self._leading(count, UNRELATED_SHARE).flip(0)
+        noise = self.rollouts.noise[:, :held] * deviation[count:, :held].masked_fill(unrelated, 1.0)
+        kept = mean[count:, :held].masked_fill(unrelated, 0.0) + noise
+        held_kl = (divergence[count:, :held] * ~unrelated).sum(-1).mean()
         return torch.cat([kept, z], -1), kl, held_kl
 
-    def _first(self, count: int, share: float) -> torch.Tensor:
-        """Flags (B, 1) of a share of the rollouts.
+    def _leading(self, count: int, share: float) -> torch.Tensor:
+        """Return flags (B, 1) of the first rollouts, up to a share of them.
 
-        Those get the noise of run time instead of the encoder's z. Left to the encoder alone, the decoder takes the
-        phase of the gait from z; at run time, where z knows nothing, the legs then come to rest within half a second
+        These get the noise used at run time instead of z from the encoder. With the encoder only, the decoder takes the
+        phase of the gait from z; at run time, where z has no information, the legs come to rest within half a second
         while the body glides on (measured).
         """
         return (torch.arange(count, device=self.device) < share * count)[:, None]
 
     def losses(self) -> dict[str, float]:
-        """Mean losses since they were last asked for, the mean drift in metres and the share of lost rollouts."""
+        """Return the mean losses since the last call, the mean drift in metres and the share of lost rollouts."""
         sums = torch.cat([self.sums, self.rollouts.tally]) / max(self.summed, 1)
         self.sums.zero_()
         self.rollouts.tally.zero_()
         self.summed = 0
         return dict(zip(("pose", "kl", "held", "loss", "drift", "lost"), sums.tolist(), strict=True))
 
-    def shipped(self) -> dict[str, torch.Tensor]:
-        """The averaged decoder and the normalisation, as models/weights.py saves them."""
+    def exported(self) -> dict[str, torch.Tensor]:
+        """Return the averaged decoder and the normalisation, for models/weights.py."""
         buffers = {k: v for k, v in self.net.state_dict().items() if k not in self.average}
         return buffers | {k: v for k, v in self.average.items() if k.startswith("decoder.")}
 
     def encoder(self) -> dict[str, torch.Tensor]:
-        """The averaged weights that only training needs."""
+        """Return the averaged weights that only training needs."""
         return {k: v for k, v in self.average.items() if not k.startswith("decoder.")}
 
     def recover(self, average: dict[str, torch.Tensor]) -> None:
-        """Goes back to these weights with a fresh optimiser, in place, after numbers have become infinite."""
+        """Restore averaged weights and reset the optimiser, in place, after values have become infinite."""
         with torch.no_grad():
             for name, value in self.net.named_parameters():
                 value.copy_(average[name])
@@ -245,20 +247,20 @@ class Trainer:
                 kept["exp_avg_sq"].zero_()
 
     def save(self, path: Path) -> None:
-        """A checkpoint to go on from; written beside and then moved, so that a kill never leaves half a file."""
+        """Write a checkpoint; to another file first, so that a killed process leaves no incomplete one."""
         body = {"net": self.net.state_dict(), "optimiser": self.optimiser.state_dict(), "average": self.average,
                 "step": self.step_number}  # fmt: skip
         torch.save(body, path.with_suffix(".part"))
         path.with_suffix(".part").replace(path)
 
     def begin_with(self, path: Path) -> None:
-        """Starts from the averaged weights of another run's checkpoint, its normalisation too."""
+        """Load averaged weights and normalisation from the checkpoint of another run."""
         body = torch.load(path, map_location=self.device, weights_only=True)
         self.net.load_state_dict({**body["net"], **body["average"]})
         self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
 
     def resume(self, path: Path) -> None:
-        """Goes on from a checkpoint of this program's own."""
+        """Continue from a checkpoint."""
         body = torch.load(path, map_location=self.device, weights_only=True)
         self.net.load_state_dict(body["net"])
         self.optimiser.load_state_dict(body["optimiser"])
@@ -266,10 +268,10 @@ class Trainer:
 
 
 def _divergence(mean: torch.Tensor, log_variance: torch.Tensor) -> torch.Tensor:
-    """KL divergence (B, Z) from the standard normal distribution, number by number."""
+    """Return the KL divergence (B, Z) from the standard normal distribution, by component."""
     return -0.5 * (1 + log_variance - mean.square() - log_variance.exp())
 
 
 def window() -> int:
-    """Frames that a rollout needs before it."""
+    """Return the number of usable frames that must follow a start frame."""
     return WINDOW + LATEST
