@@ -182,6 +182,7 @@ def interaction_features(
     object's centre, from ``reach`` minus 0.5 m to ``reach`` metres.
     """
     local = to_root(centres, root)
-    distance = local.mean(1)[:, 0::2].norm(dim=-1)
+    # Contiguous, because the norm of a strided row is rounded differently.
+    distance = local.mean(1)[:, 0::2].contiguous().norm(dim=-1)
     weight = ((reach - distance) / 0.5).clamp(0.0, 1.0)
     return (torch.cat([local, occupancy[..., None]], -1) * weight[:, None, None]).reshape(len(root), -1)
