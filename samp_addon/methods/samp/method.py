@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...errors import SampError, UsageError
-from ...motion import ACTIONS, SEATED
+from ...vocabulary import ACTIONS, SEATED
 from ..method import Draw, Option
 
 if TYPE_CHECKING:
