@@ -52,7 +52,12 @@ class OptionsOperator(JobOperator):
         description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
         options={"SKIP_SAVE"},
     )
-    seed: IntProperty(name="Seed", description="Seed of the random numbers; another one gives another take", default=0, min=0)
+    seed: IntProperty(
+        name="Seed",
+        description="Seed of the random numbers; another one gives another take",
+        default=0,
+        min=0,
+    )
     variants: IntProperty(name="Takes", description="Each is an Action of its own", default=1, min=1, max=64)
     hold: FloatProperty(
         name="Hold",
@@ -65,7 +70,9 @@ class OptionsOperator(JobOperator):
     refine: BoolProperty(
         name="Refine", description="Correct contact, penetration and foot slide of each take; takes longer"
     )
-    use_start: BoolProperty(name="Custom Start", description="Start elsewhere than where the character stands")
+    use_start: BoolProperty(
+        name="Custom Start", description="Start elsewhere than where the character stands"
+    )
     start: FloatVectorProperty(name="Start", description="Where to start", subtype="TRANSLATION", size=3)
     start_yaw: FloatProperty(
         name="Start Facing", description="Turn to the left from facing -Y, seen from above", subtype="ANGLE"
