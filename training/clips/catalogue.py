@@ -12,7 +12,7 @@ import numpy as np
 
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.motion import Motion
-from ..motion.events import headings, label_runs
+from ..mocap.events import headings, label_runs
 from .feet import flat_speed, lowest, soles
 from .labels import LABELS, trunk_up
 

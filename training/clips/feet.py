@@ -10,18 +10,11 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d,
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.easing import smoothstep
 from ...samp_addon.motion import Motion
-from ...samp_addon.refine.foot_lock import (
-    BALL_HEIGHT,
-    FEET,
-    TOE_AHEAD,
-    Foot,
-    pelvis_drop,
-    sole_points,
-    spells,
-    spread,
-    toe_tips,
-)  # fmt: skip
+from ...samp_addon.refine.feet.corrections import Correction, pelvis_drop, spread
+from ...samp_addon.refine.feet.foot import BALL_HEIGHT, FEET, TOE_AHEAD, Foot, sole_points, toe_tips
+from ...samp_addon.refine.feet.stances import Stance
 from ...samp_addon.refine.inverse_kinematics import solve_limb
+from ...samp_addon.refine.runs import runs
 
 SIDES = ("left", "right")
 SLOW, LOW = 0.40, 0.055  # m/s and metres over the floor of a ball that stands; a heel is stricter
@@ -68,15 +61,15 @@ def touching(motion: Motion) -> np.ndarray:
     """Contacts (T, 4), flags, of heels and balls that are low and slow; the floor is at y = 0."""
     points = soles(motion)
     pace = uniform_filter1d(flat_speed(motion.root, motion.fps), 15, mode="nearest")
-    runs = pace > RUN
+    running = pace > RUN
     speed = uniform_filter1d(flat_speed(points, motion.fps), 3, axis=0, mode="nearest")
     result = np.zeros(points.shape[:2], bool)
     for k in range(4):
         slower, lower = (HEEL_SLOW, HEEL_LOW) if k % 2 == 0 else (1.0, 1.0)
         near = speed[:, k] < slower * np.maximum(SLOW, RUN_SLOW * pace)
-        near &= points[:, k, 1] < lower * np.where(runs, RUN_LOW, LOW)
-        for start, stop in spells(near, SHORTEST - 1, GAP):
-            if stop - start >= SHORTEST or runs[start:stop].all():
+        near &= points[:, k, 1] < lower * np.where(running, RUN_LOW, LOW)
+        for start, stop in runs(near, SHORTEST - 1, GAP):
+            if stop - start >= SHORTEST or running[start:stop].all():
                 result[start:stop, k] = True
     return result
 
@@ -134,33 +127,33 @@ def locked(motion: Motion, contact: np.ndarray) -> Motion:
     """
     positions, globals_ = motion.forward_kinematics()
     points = soles(motion)
-    plans = []
+    corrections = []
     for foot in FEET:
         k = 2 * SIDES.index(foot.side)
         offset, stands = _held(points[:, k : k + 2], contact[:, k : k + 2])
         tips = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1]
         low = np.minimum(points[:, k : k + 2, 1].min(1), tips) + offset[:, 1]
         offset[:, 1] += _lift(low, points[:, k + 1] + offset, stands)
-        plans.append((foot, offset, stands))
+        corrections.append(Correction(foot, offset, stands))
     up = np.array([0.0, 1.0, 0.0])
-    carried = motion.root + up * _carried(plans)[:, None]
+    carried = motion.root + up * _carried(corrections)[:, None]
     positions = positions + (carried - motion.root)[:, None]
-    plans = [(foot, offset - (carried - motion.root), stands) for foot, offset, stands in plans]
-    root = carried - up * pelvis_drop(motion, positions, plans)[:, None]
+    corrections = [replace(one, offset=one.offset - (carried - motion.root)) for one in corrections]
+    root = carried - up * pelvis_drop(motion, positions, corrections)[:, None]
     local = motion.rotations
-    for foot, offset, _ in plans:
-        target = positions[:, foot.ankle] + offset
-        local = solve_limb(root, local, motion.rest_joints, f"{foot.side}_leg", target)
-    for foot, _, _ in plans:
-        local = flat_toes(root, local, motion.rest_joints, foot)
+    for one in corrections:
+        target = positions[:, one.foot.ankle] + one.offset
+        local = solve_limb(root, local, motion.rest_joints, f"{one.foot.side}_leg", target)
+    for one in corrections:
+        local = flat_toes(root, local, motion.rest_joints, one.foot)
     return replace(motion, root=root, rotations=rotation.continuous(rotation.normalise(local)))
 
 
-def _carried(plans: list[tuple[Foot, np.ndarray, np.ndarray]]) -> np.ndarray:
+def _carried(corrections: list[Correction]) -> np.ndarray:
     """How far the pelvis rises (T,) with the feet that it stands on, so that knees stay as they are: a centimetre is
     eight degrees in a knee that is nearly straight."""
-    weight = np.sum([stands.astype(float) for _, _, stands in plans], axis=0)
-    total = np.sum([offset[:, 1] * stands for _, offset, stands in plans], axis=0)
+    weight = np.sum([one.standing.astype(float) for one in corrections], axis=0)
+    total = np.sum([one.offset[:, 1] * one.standing for one in corrections], axis=0)
     blurred = lambda values: gaussian_filter1d(values, CARRIED, mode="nearest")
     return blurred(total) / np.maximum(blurred(weight), 1e-3)
 
@@ -193,8 +186,8 @@ def _held(points: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarr
     count = len(points)
     stands = contact.any(1)
     offset = np.zeros((count, 3))
-    runs = spells(stands, 1, 0)
-    for start, stop in runs:
+    stances = runs(stands, 1, 0)
+    for start, stop in stances:
         held = np.where(contact[start:stop, 1], 1, 0)
         path = points[np.arange(start, stop), held]
         steps = np.diff(path, axis=0)
@@ -202,7 +195,7 @@ def _held(points: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarr
         steps[held[1:] != held[:-1]] = 0.0
         inside = -np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
         offset[start:stop] = inside - inside.mean(0)
-    offset = spread(offset, runs, BLEND)
+    offset = spread(offset, [Stance(*span) for span in stances], BLEND)
     low = points[..., 1].min(1)
     weight = np.maximum(stands, smoothstep(uniform_filter1d(stands.astype(float), 9, mode="nearest")))
     offset[:, 1] = -low * weight + np.maximum(-low, 0.0) * (1 - weight)
@@ -214,8 +207,8 @@ def _lift(lowest_point: np.ndarray, ball: np.ndarray, stands: np.ndarray) -> np.
     """How much higher (T,) a foot goes between two stances, so that it clears the floor. lowest_point: (T,) heights
     over the floor, ball: (T, 3)."""
     wanted = np.zeros(len(ball))
-    runs = spells(stands, 1, 0)
-    for (_, before), (after, _) in zip(runs[:-1], runs[1:], strict=True):
+    stances = runs(stands, 1, 0)
+    for (_, before), (after, _) in zip(stances[:-1], stances[1:], strict=True):
         swing = after - before
         if swing < 3:
             continue

@@ -118,7 +118,7 @@ def finished(motion: Motion, known: np.ndarray | None, text: str) -> ImportedCli
     contact = feet.settled(motion, contact)
     named = known if known is not None else labels.labelled(motion, contact, text)
     part = labels.sound_part(glitch)
-    return ImportedClip("", motion.posed(part), named[part], contact[part], glitch[part])
+    return ImportedClip("", motion.pose_slice(part), named[part], contact[part], glitch[part])
 
 
 def descriptions_of(path: Path | None) -> dict[str, str]:

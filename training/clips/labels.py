@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ...samp_addon import skeleton
 from ...samp_addon.motion import Motion
-from ...samp_addon.refine.foot_lock import spells
+from ...samp_addon.refine.runs import runs
 from .feet import flat_speed
 
 LABELS = (
@@ -82,10 +82,10 @@ def _on_foot(motion: Motion, contact: np.ndarray) -> np.ndarray:
         ("walk", speed > WALK, 8, 6),
         ("run", (steady > RUN) | ((steady > JOG) & (planted < PLANTED)), 10, 12),
     ):
-        for start, stop in spells(mask, shortest, gap):
+        for start, stop in runs(mask, shortest, gap):
             found[start:stop] = name
     low = (height < STAND - LOWER) & ((found != "run") | (height < STAND - 0.25))
-    for start, stop in spells(low | (height > STAND + HIGHER), 4, 8):
+    for start, stop in runs(low | (height > STAND + HIGHER), 4, 8):
         found[start:stop] = "other"
     return found
 
@@ -105,23 +105,24 @@ def _seated(motion: Motion) -> np.ndarray:
 
 def _lasting(mask: np.ndarray, fps: float) -> np.ndarray:
     result = np.zeros(len(mask), bool)
-    for start, stop in spells(mask, round(fps * 2 / 3), round(fps / 3)):
+    for start, stop in runs(mask, round(fps * 2 / 3), round(fps / 3)):
         result[start:stop] = True
     return result
 
 
 def _mark_rests(found: np.ndarray, motion: Motion, rests: np.ndarray, names: tuple[str, str, str]) -> None:
-    """Writes the names of going down, resting and getting up into found (T,), for each spell of rest.
+    """Writes the names of going down, resting and getting up into found (T,), for each run of rest.
 
     A rest lasts while the pelvis is near its resting height; it is gone down to from the last frame before it in
     which the body stood, and left until it stands again. Clips may begin or end with it.
     """
     height = uniform_filter1d(motion.root[:, 1], 5, mode="nearest")
     stood = height > STAND - STANDS
-    runs = spells(rests, 1, 0)
-    for k, run in enumerate(runs):
+    resting = runs(rests, 1, 0)
+    for k, run in enumerate(resting):
         near = np.abs(height - np.median(height[slice(*run)])) < SETTLED
-        before, after = runs[k - 1][1] if k else 0, runs[k + 1][0] if k + 1 < len(runs) else len(found)
+        before = resting[k - 1][1] if k else 0
+        after = resting[k + 1][0] if k + 1 < len(resting) else len(found)
         start, stop = _grown(near, *run, before, after)
         found[start:stop] = names[1]
         down = np.flatnonzero(stood[before:start])
@@ -151,7 +152,7 @@ def pops(motion: Motion) -> np.ndarray:
     ordered = np.sort(second, axis=1)
     wild = np.zeros(len(motion), bool)
     wild[1:-1] = np.maximum(ordered[:, -4], 0.55 * ordered[:, -1]) > POP
-    for start, stop in spells(wild, 1, 4):
+    for start, stop in runs(wild, 1, 4):
         flags[max(0, start - 2) : stop + 2] = True
     for k in np.flatnonzero(second.max(1) > POPS_ALL):
         flags[max(0, k - 1) : k + 4] = True
@@ -162,7 +163,7 @@ def sound_part(glitch: np.ndarray) -> slice:
     """The frames that are left when pops (T,) near either end are cut off with what is beyond them."""
     count = len(glitch)
     start, stop = 0, count
-    for first, last in spells(glitch, 1, 0):
+    for first, last in runs(glitch, 1, 0):
         if last <= ENDS * count:
             start = max(start, last)
         elif first >= (1 - ENDS) * count:

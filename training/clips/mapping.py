@@ -15,7 +15,7 @@ import numpy as np
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.body.proportions import leg_length
 from ...samp_addon.errors import SampError
-from ...samp_addon.rigs import chains, fitting, guessing, maps
+from ...samp_addon.rigs import fitting, guessing, maps, spines
 from ...samp_addon.rigs.rig import Rig
 from .recording import Recording
 
@@ -164,7 +164,7 @@ def _spread(rig: Rig, bones: dict[str, int]) -> tuple[np.ndarray, np.ndarray, np
 
     The three joints of our spine are spread evenly over the skeleton's chain, however long that is.
     """
-    chain, neck = chains.spine_and_neck(rig, bones)
+    chain, neck = spines.spine_and_neck(rig, bones)
     trunk = [bones["pelvis"], *(link.bone for link in chain)]
     at: dict[str, tuple[int, int, float]] = {joint: (bone, bone, 1.0) for joint, bone in bones.items()}
     for k, joint in enumerate(SPINE, start=1):
@@ -194,6 +194,6 @@ def places(recording: Recording, mapping: Mapping) -> np.ndarray:
 
 def rotations(recording: Recording, mapping: Mapping) -> np.ndarray:
     """Global rotations (T, 22, 4) of our joints, network frame."""
-    turns = rotation.turned(recording.unfolded(), mapping.axes.T)
+    turns = rotation.change_basis(recording.unfolded(), mapping.axes.T)
     spread = rotation.slerp(turns[:, mapping.below], turns[:, mapping.above], mapping.share)
     return rotation.multiply(spread, rotation.conjugate(mapping.aligned))

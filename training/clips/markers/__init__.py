@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ....samp_addon import rotation, skeleton
 from ....samp_addon.errors import SampError
-from ....samp_addon.refine.foot_lock import spells
+from ....samp_addon.refine.runs import runs
 from ..formats import c3d_file
 from ..recording import Recording
 from . import places as table
@@ -69,8 +69,8 @@ def _resampled(one: c3d_file.Markers, names: Sequence[str]) -> np.ndarray:
     seen = np.isfinite(window)
     mean = np.where(seen, window, 0.0).sum(1) / np.maximum(seen.sum(1), 1)
     places = np.where(seen.any(1), mean, np.nan)
-    runs = spells(np.isfinite(places[..., 0]).mean(1) > SEEN, 8, 3)
-    start, stop = max(runs, key=lambda run: run[1] - run[0], default=(0, 0))
+    stretches = runs(np.isfinite(places[..., 0]).mean(1) > SEEN, 8, 3)
+    start, stop = max(stretches, key=lambda stretch: stretch[1] - stretch[0], default=(0, 0))
     return places[start:stop]
 
 
