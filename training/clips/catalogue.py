@@ -41,7 +41,7 @@ class ImportedClip:
 
 
 def save(clip: ImportedClip, folder: Path) -> Path:
-    """Writes folder/NAME.npz, in the form that training/mocap.py reads."""
+    """Writes folder/NAME.npz, in the form that training/mocap/clip_files.py reads."""
     count = skeleton.BODY_COUNT
     path = folder / f"{clip.name}.npz"
     np.savez_compressed(
