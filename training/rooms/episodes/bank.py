@@ -28,7 +28,13 @@ ACTED = (
     "_door", "cheer", "angry", "hold_bag", "Kick", "Lie", "lie", "box", "Box", "clap", "take_picture", "work_",
 )  # fmt: skip
 # Columns of the features and their weights: feet, their velocities, the pelvis' velocity, way and facing ahead.
-BLOCKS = (("feet", 6, 0.8), ("feet speed", 6, 0.9), ("pelvis speed", 3, 1.0), ("way", 6, 1.3), ("facing", 6, 1.6))
+BLOCKS = (
+    ("feet", 6, 0.8),
+    ("feet speed", 6, 0.9),
+    ("pelvis speed", 3, 1.0),
+    ("way", 6, 1.3),
+    ("facing", 6, 1.6),
+)
 POSE = 15  # of the columns tell the pose, the rest the way ahead
 
 

@@ -55,7 +55,9 @@ def from_bank(bank: Bank, first: int, flat: np.ndarray) -> Piece:
     ground = np.concatenate([flat[0, :2] + before, flat[:, :2]])
     quarter = rotation.about_y(turn)
     sway = bank.root[frames] - np.column_stack([source[:, 0], np.zeros(len(frames)), source[:, 1]])
-    root = rotation.rotate(quarter, sway) + np.column_stack([ground[:, 0], np.zeros(len(frames)), ground[:, 1]])
+    root = rotation.rotate(quarter, sway) + np.column_stack(
+        [ground[:, 0], np.zeros(len(frames)), ground[:, 1]]
+    )
     rotations = bank.rotations[frames].astype(np.float64)
     rotations[:, 0] = rotation.multiply(quarter, rotations[:, 0])
     own = frames[LEAD:]

@@ -90,7 +90,12 @@ class _Crowd:
 
 
 def walk(
-    bank: Bank, ways: list[Way], flat: np.ndarray, pose: np.ndarray, speed: np.ndarray, rng: np.random.Generator
+    bank: Bank,
+    ways: list[Way],
+    flat: np.ndarray,
+    pose: np.ndarray,
+    speed: np.ndarray,
+    rng: np.random.Generator,
 ) -> list[Walk]:
     """A walk along each of some ways.
 
@@ -184,5 +189,7 @@ def _played(bank: Bank, crowd: _Crowd, frames: np.ndarray, active: np.ndarray) -
 def _integrated(start: np.ndarray, steps: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Flat roots (A, P, 3) from start (A, 3) by steps (A, P, 3), those turned by (A, P) radians."""
     c, s = np.cos(turn), np.sin(turn)
-    moved = np.stack([steps[..., 0] * c + steps[..., 1] * s, -steps[..., 0] * s + steps[..., 1] * c, steps[..., 2]], -1)
+    moved = np.stack(
+        [steps[..., 0] * c + steps[..., 1] * s, -steps[..., 0] * s + steps[..., 1] * c, steps[..., 2]], -1
+    )
     return start[:, None] + np.cumsum(moved, axis=1)

@@ -41,7 +41,9 @@ def rounded(corners: np.ndarray, end_yaw: float, pace: float) -> Way:
     front, back = 2 * dense[0] - dense[pad:0:-1], 2 * dense[-1] - dense[-2 : -pad - 2 : -1]
     smooth = gaussian_filter1d(np.concatenate([front, dense, back]), sigma, axis=0, mode="nearest")
     points = _even(smooth[pad : pad + len(dense)])
-    tangent = np.unwrap(np.arctan2(*np.gradient(points, axis=0).T)) if len(points) > 1 else np.array([end_yaw])
+    tangent = (
+        np.unwrap(np.arctan2(*np.gradient(points, axis=0).T)) if len(points) > 1 else np.array([end_yaw])
+    )
     return Way(points, tangent, end_yaw, pace)
 
 
