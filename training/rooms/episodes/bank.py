@@ -45,8 +45,8 @@ class Bank:
     root: (N, 3). rotations: (N, 22, 4). flat: (N, 3) x, z and yaw of the root without the sway of steps. yaw is
     unwrapped in each clip. labels: (N,) indices into LABELS. feet: (N, 2) contacts of right and left foot. clip:
     (N,) number of the clip; names: of the clips. rows: (M,) frames that can be matched; features: (M, 27), scaled;
-    scale, middle: (27,) of the features. pose: (N, 15) scaled pose features of all frames. ahead: (N,) usable frames
-    that follow each.
+    scale, middle: (27,) of the features. pose: (N, 15) scaled pose features of all frames. ahead, still: (N,) usable
+    frames that follow each, and usable frames of standing that do.
     """
 
     root: np.ndarray
@@ -62,6 +62,7 @@ class Bank:
     scale: np.ndarray
     pose: np.ndarray
     ahead: np.ndarray
+    still: np.ndarray
 
     def way(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
         """Scaled features (K, 12) of a wanted way: places (K, 3, 2) left and ahead of the root, facing (K, 3)
@@ -110,11 +111,13 @@ def build(clips: list[Clip]) -> Bank:
         scale=scale,
         pose=((raw[:, :POSE] - middle[:POSE]) * scale[:POSE]).astype(np.float32),
         ahead=cat(3),
+        still=cat(4),
     )
 
 
-def _features(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Flat root (T, 3), raw features (T, 27), which frames can be matched (T,) and usable frames after each (T,)."""
+def _features(clip: Clip) -> tuple[np.ndarray, ...]:
+    """Flat root (T, 3), raw features (T, 27), which frames can be matched (T,), usable frames after each (T,), and
+    those of standing (T,)."""
     flat = flat_root(clip.root, clip.rotations)
     count = len(clip)
     raw = np.zeros((count, sum(size for _, size, _ in BLOCKS)))
@@ -131,14 +134,26 @@ def _features(clip: Clip) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarra
     fit = np.isin(clip.labels, LOCOMOTION) & ~marked.bad
     if natural.styled(clip) or any(word in clip.name for word in ACTED):
         fit[:] = False
-    ends = np.flatnonzero(~np.concatenate([fit, [False]]))
-    ahead = ends[np.searchsorted(ends, np.arange(count))] - np.arange(count)
     # The smoothing bends what is close to a clip's ends.
-    ahead = np.maximum(ahead - 4, 0)
+    ahead = np.maximum(_runs_on(fit) - 4, 0)
+    still = np.minimum(_runs_on(np.isin(clip.labels, ("idle", "shift")) & ~_wanders(flat)), ahead)
     steady = minimum_filter1d(fit.astype(np.uint8), 2 * LEAD + 1, mode="constant").astype(bool)
     usable = steady & (ahead >= TAIL)
     usable[: 2 * LEAD] = False
-    return flat, raw, usable, ahead
+    return flat, raw, usable, ahead, still
+
+
+def _runs_on(flags: np.ndarray) -> np.ndarray:
+    """For how many frames (T,) flags (T,) stay true from each frame on."""
+    ends = np.flatnonzero(~np.concatenate([flags, [False]]))
+    at = np.arange(len(flags))
+    return ends[np.searchsorted(ends, at)] - at
+
+
+def _wanders(flat: np.ndarray) -> np.ndarray:
+    """Flags (T,) of frames in which the smoothed root moves faster than somebody who only shifts."""
+    speed = np.linalg.norm(np.gradient(flat[:, :2], 1 / FPS, axis=0), axis=-1)
+    return speed > 0.22
 
 
 def flat_root(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:

@@ -9,7 +9,8 @@ import numpy as np
 
 from ....samp_addon.frames import wrapped
 from ...mocap import FPS
-from .bank import AHEAD, POSE, Bank
+from .bank import AHEAD, Bank
+from .search import Clearance, Search
 from .way import STEP, Way
 
 PLAY = 10  # frames that are played before the next search
@@ -18,7 +19,6 @@ SPIN = 2.6  # rad/s, the quickest turn that is asked for
 TURN_LIMIT, SHIFT_LIMIT = 0.14, 0.03  # radians, metres by which one piece is bent and moved towards the way
 NEAR_END = 0.35  # metres before the end in which the body turns to its last facing
 ARRIVED, STILL, FACED = 0.12, 0.25, np.radians(22)  # metres, m/s, radians
-LOYAL = 0.85  # a frame that goes on from the present one wins if its cost is so much of the best one's
 PATIENCE = 2.5  # seconds beyond those that the way takes at its pace
 
 
@@ -90,28 +90,26 @@ class _Crowd:
 
 
 def walk(
-    bank: Bank,
-    ways: list[Way],
-    flat: np.ndarray,
-    pose: np.ndarray,
-    speed: np.ndarray,
-    rng: np.random.Generator,
-) -> list[Walk]:
+    search: Search, ways: list[Way], flat: np.ndarray, pose: np.ndarray, speed: np.ndarray, rng: np.random.Generator,
+    clearance: Clearance | None = None,
+) -> list[Walk]:  # fmt: skip
     """A walk along each of some ways.
 
-    flat: (W, 3) x, z, yaw at the start; pose: (W, 15) scaled pose features there; speed: (W,) m/s. The first frame of
-    a walk follows on the start.
+    flat: (W, 3) x, z, yaw at the start; pose: (W, 15) scaled pose features there; speed: (W,) m/s. clearance: metres
+    to obstacles of places (..., 2). The first frame of a walk follows on the start.
     """
+    bank = search.bank
     crowd = _Crowd(ways, flat, pose, speed)
     limit = np.array([way.length / max(way.pace, 0.3) * 1.6 + PATIENCE for way in ways]) * FPS
     pieces: list[list[tuple[int, int]]] = [[] for _ in ways]
     flats: list[list[np.ndarray]] = [[] for _ in ways]
     active, arrived, count = np.ones(len(ways), bool), np.zeros(len(ways), bool), np.zeros(len(ways))
-    squares = (bank.features**2).sum(1)
-    # A taste of one's own: some clips please one walker more than another.
-    taste = rng.uniform(0.0, 0.35, (len(ways), len(bank.names))).astype(np.float32)
+    # Each has a taste of one's own for some clips.
+    tastes = search.tastes(len(ways), rng)
     while active.any():
-        found = _matches(bank, crowd, squares, taste, active)
+        places, facing = crowd.wanted()
+        query = np.concatenate([crowd.pose, bank.way(places, facing)], -1).astype(np.float32)[active]
+        found = search.frames(query, tastes[active], crowd.frame[active], crowd.flat[active], clearance, PLAY)
         moved = _played(bank, crowd, found, active)
         for k, w in enumerate(np.flatnonzero(active)):
             runs, first = pieces[w], int(found[k]) + 1
@@ -127,30 +125,6 @@ def walk(
         arrived |= active & there & (crowd.speed < STILL)
         active &= ~arrived & (count < limit)
     return [Walk(r, np.concatenate(f), bool(a)) for r, f, a in zip(pieces, flats, arrived, strict=True)]
-
-
-def _matches(
-    bank: Bank, crowd: _Crowd, squares: np.ndarray, taste: np.ndarray, active: np.ndarray
-) -> np.ndarray:
-    """The bank frames (A,) that the active walkers go on from."""
-    places, facing = crowd.wanted()
-    query = np.concatenate([crowd.pose, bank.way(places, facing)], -1).astype(np.float32)[active]
-    cost = squares - 2 * query @ bank.features.T + (query**2).sum(1, keepdims=True)
-    cost *= 1 + taste[active][:, bank.clip[bank.rows]]
-    best = cost.argmin(1)
-    frames = bank.rows[best]
-    least = cost[np.arange(len(best)), best]
-    # Going on is dear only if its way is wrong, for its pose is right.
-    now = crowd.frame[active]
-    on = np.flatnonzero((now >= 0) & (bank.ahead[now] > PLAY))
-    if len(on):
-        wanted = query[on, POSE:]
-        rows = np.clip(np.searchsorted(bank.rows, now[on]), 0, len(bank.rows) - 1)
-        near = np.abs(bank.rows[rows] - now[on]) <= 2
-        going = ((bank.features[rows, POSE:] - wanted) ** 2).sum(1)
-        stay = near & (LOYAL * going < least[on])
-        frames[on[stay]] = now[on[stay]]
-    return frames
 
 
 def _played(bank: Bank, crowd: _Crowd, frames: np.ndarray, active: np.ndarray) -> np.ndarray:
