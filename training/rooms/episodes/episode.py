@@ -24,6 +24,7 @@ LONGEST = 40.0
 PACES = (0.65, 1.25)  # m/s
 HOLDS = (2.5, 9.0)  # seconds of one stretch of sitting or lying
 STANDS = (1.5, 7.0)
+STAYING = 0.06  # chance of each use that ends seated for good
 MEET = 75  # last frames of a walk in which it may go over into a sit
 MEET_PLACE, MEET_TURN = 0.16, 0.3  # metres and radians that count as much as one unit of the pose's distance
 FARTHEST, WIDEST = 0.45, np.radians(55)
@@ -54,6 +55,10 @@ class Player:
     def __init__(self, bank: Bank, scene: Scene, rng: np.random.Generator) -> None:
         self.bank, self.scene, self.rng = bank, scene, rng
         self.idles = np.flatnonzero((bank.labels == IDLE) & (bank.still > 60))
+        left = {spot.place for spot in scene.spots if spot.use.up_end >= 0}
+        enter = [spot for spot in scene.spots if spot.use.down >= 0]
+        # Mostly on places from which one can get up again.
+        self.enter = [spot for spot in enter if spot.place in left or rng.random() < STAYING]
         self.pace = rng.uniform(*PACES)
         self.pieces: list[Piece] = []
         self.flat = np.zeros(3)  # where the person is, and faces
@@ -70,9 +75,8 @@ class Player:
             self._appear()
         while self._frames() < target:
             chance = rng.random()
-            enter = [s for s in self.scene.spots if s.use.down >= 0]
-            if enter and chance < 0.62:
-                spot = _drawn(enter, rng)
+            if self.enter and chance < 0.62:
+                spot = _drawn(self.enter, rng)
                 stays = yield from self._use(spot)
                 if stays:
                     break

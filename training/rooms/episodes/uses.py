@@ -30,7 +30,7 @@ from .bank import LABELS
 BEFORE, AFTER = 75, 20  # frames kept of the approach and after standing up
 MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
 GOALS = 3  # places on a piece
-TRIES = {"whole": 7, "hold": 4, "up": 4}  # captured pieces tried for each place
+TRIES = {"whole": 9, "hold": 4, "up": 7}  # captured pieces tried for each place
 LIES, LIE_TRIES = 5, 14
 FORWARD = (0.0, 0.07, 0.14, 0.2)  # metres towards the edge by which deep seats are sat on, in this order
 WORTH = 0.6  # of the best place's score

@@ -1,0 +1,126 @@
+"""What is made for one room, stage by stage: layout, motion, point cloud, pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ....samp_addon.scene import geometry
+from ..episodes import crew
+from ..episodes.bank import LABELS, Bank
+from ..episodes.scene import Scene
+from ..episodes.search import Search
+from ..episodes.uses import Uses
+from ..layout import kinds, room, stock
+from . import store, views
+
+POINTS = 20_000  # of a room's cloud
+TRIES = 6  # layouts tried for one room
+FEWEST_SPOTS = 6  # uses that one can enter in a room that people live in
+
+
+@dataclass
+class Workshop:
+    """What all rooms are made with. stocks: by split. uses: None where nobody sits."""
+
+    cache: Path
+    seed: int
+    stocks: dict[str, stock.Stock]
+    bank: Bank
+    search: Search
+    uses: Uses | None
+    episodes: int
+
+    def make(self, number: int, split: str, pictures: int) -> dict:
+        """All stages of a room that are not there yet; returns what the manifest says of it."""
+        folder = store.room_folder(self.cache, number)
+        if not store.has_stage(folder, "layout"):
+            self._layout(folder, number, split)
+        data = store.RoomData(folder)
+        if not store.has_stage(folder, "cloud"):
+            store.write_stage(folder, "cloud", cloud(data.room, self.seed + number))
+        if not store.has_stage(folder, "motion"):
+            scene = Scene(data.room, self.stocks[split].named(), self.uses)
+            self._motion(folder, number, scene)
+        if not store.has_stage(folder, "pictures") or store.notes(folder, "pictures")["wanted"] != pictures:
+            rng = np.random.default_rng([self.seed, number, 3])
+            arrays = views.pictures(data, pictures, rng)
+            store.write_stage(folder, "pictures", arrays, {"wanted": pictures, "count": len(arrays["frame"])})
+        layout, motion = store.notes(folder, "layout"), store.notes(folder, "motion")
+        return {
+            "number": number, "split": split, **layout, **motion,
+            "pictures": store.notes(folder, "pictures")["count"],
+        }  # fmt: skip
+
+    def _layout(self, folder: Path, number: int, split: str) -> None:
+        """The first of some layouts in which enough can be sat on, or the best of them."""
+        kind = list(kinds.KINDS)[number % len(kinds.KINDS)]
+        best, most = None, -1
+        for attempt in range(TRIES):
+            made = room.furnish(kind, self.stocks[split], np.random.default_rng([self.seed, number, attempt]))
+            places = len(made.seats)
+            if self.uses is not None:
+                scene = Scene(made, self.stocks[split].named(), self.uses)
+                places = sum(spot.use.down >= 0 for spot in scene.spots)
+            if places > most:
+                best, most = made, places
+            if most >= FEWEST_SPOTS:
+                break
+        width, depth, height = best.size
+        notes = {"kind": kind, "area": width * depth, "height": height, "items": len(best.names),
+                 "triangles": len(best.triangles), "enters": int(most)}  # fmt: skip
+        (folder / "layout").mkdir(parents=True, exist_ok=True)
+        best.save(folder / "layout" / "room.npz")
+        store.write_json(folder / "layout" / "notes.json", notes)
+
+    def _motion(self, folder: Path, number: int, scene: Scene) -> None:
+        made, report = crew.episodes(self.bank, self.search, scene, self.episodes, [self.seed, number, 2])
+        store.write_stage(folder, "motion", motion_arrays(made), {
+            "episodes": len(made), "frames": sum(len(e.piece) for e in made),
+            "captured": float(np.concatenate([e.captured for e in made]).mean()) if made else 0.0,
+            "sits": sum(int((np.diff((e.piece.labels == LABELS.index("sit")).astype(int)) == 1).sum()) for e in made),
+            "lies": sum(int((np.diff((e.piece.labels == LABELS.index("lie")).astype(int)) == 1).sum()) for e in made),
+            "report": dict(report),
+        })  # fmt: skip
+
+
+def motion_arrays(made: list[crew.Episode]) -> dict[str, np.ndarray]:
+    """The arrays of a room's motion; frames of all episodes in a row."""
+    cat = lambda f: np.concatenate([f(e) for e in made])
+    return {
+        "bounds": np.concatenate([[0], np.cumsum([len(e.piece) for e in made])]).astype(np.int32),
+        "shapes": np.array([e.build.shape for e in made], np.float32),
+        "root": cat(lambda e: e.piece.root).astype(np.float32),
+        "rotations": np.round(cat(lambda e: e.piece.rotations) * store.QUATERNION).astype(np.int16),
+        "labels": cat(lambda e: e.piece.labels),
+        "contacts": np.round(cat(lambda e: crew.contacts(e.piece))).astype(np.uint8),
+        "objects": cat(lambda e: e.piece.object).astype(np.int16),
+        "source": cat(lambda e: e.piece.source).astype(np.int32),
+        "captured": cat(lambda e: e.captured),
+    }
+
+
+def cloud(made: room.Room, seed: int) -> dict[str, np.ndarray]:
+    """Points (POINTS, 3) float32 on the room's surfaces that can be seen from inside, their normals int8 and classes."""
+    width, depth, height = made.size
+    half = np.array([width / 2, depth / 2])
+    points, face = geometry.sample_surface(made.triangles, 3 * POINTS, seed=seed)
+    triangles = made.triangles[face]
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
+    # The outer sides of walls, floor and ceiling are nobody's business; openings are a little behind the wall.
+    inside = (np.abs(points[:, [0, 2]]) < half + 0.1).all(-1) & (points[:, 1] > -0.02) & (points[:, 1] < height + 0.02)
+    shell = made.objects[face] == room.SHELL_OBJECT
+    inwards = -points * np.array([1.0, 0.0, 1.0]) / np.maximum(np.abs(points), 1e-6).max(-1, keepdims=True)
+    inwards[:, 1] = height / 2 - points[:, 1]
+    faces_in = (normal * inwards).sum(-1) > 0
+    keep = np.flatnonzero(inside & (~shell | faces_in))
+    rng = np.random.default_rng(seed)
+    chosen = rng.choice(keep, POINTS, replace=len(keep) < POINTS)
+    return {
+        "points": points[chosen].astype(np.float32),
+        "normals": np.round(normal[chosen] * store.NORMAL_UNIT).astype(np.int8),
+        "classes": made.classes[face[chosen]],
+    }

@@ -1,0 +1,141 @@
+"""Many episodes of one room at once, and which of them are fit to be learnt from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....samp_addon import rotation
+from ....samp_addon.motion import Motion
+from ....samp_addon.refine.foot_lock import lock_feet
+from . import bodies, matching
+from .bank import LABELS, Bank
+from .blending import Piece, joined
+from .episode import LONGEST, SECONDS, Play, Player, Request, Stuck
+from .matching import FPS
+from .scene import DEEP, STEP, Scene
+from .search import Search
+
+AT_ONCE = 24  # episodes that are made together
+MOST_TRIES = 5  # times as many episodes as wanted are tried at most
+MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
+AS_CAPTURED = np.radians(5.0)
+LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
+_OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A finished episode. piece: the motion on its own body. captured: (T,) whether legs and trunk are within
+    AS_CAPTURED of a captured frame."""
+
+    piece: Piece
+    build: bodies.Build
+    captured: np.ndarray
+
+
+def episodes(
+    bank: Bank, search: Search, scene: Scene, count: int, seed: list[int]
+) -> tuple[list[Episode], Counter[str]]:
+    """``count`` episodes in a scene, or as many as came of several times as many tries; and what was dropped why."""
+    made: list[Episode] = []
+    report: Counter[str] = Counter()
+    tried = 0
+    while len(made) < count and tried < MOST_TRIES * count:
+        players = [
+            Player(bank, scene, np.random.default_rng([*seed, tried + k])) for k in range(AT_ONCE)
+        ]
+        rng = np.random.default_rng([*seed, tried, 1])
+        tried += AT_ONCE
+        for number, pieces in _played(search, scene, players, rng, report):
+            if len(made) == count:
+                break
+            episode = _finished(bank, scene, pieces, players[number].rng)
+            if isinstance(episode, str):
+                report[episode] += 1
+            else:
+                made.append(episode)
+                report["kept"] += 1
+    return made, report
+
+
+def _played(
+    search: Search, scene: Scene, players: list[Player], rng: np.random.Generator, report: Counter[str]
+) -> list[tuple[int, list[Piece]]]:
+    """The episodes that got to their ends, by their players' numbers; their walks are made in batches."""
+    plays = [player.play() for player in players]
+    done: dict[int, list[Piece]] = {}
+    waiting = {k: _step(plays[k], None, k, done, report) for k in range(len(plays))}
+    while True:
+        waiting = {k: request for k, request in waiting.items() if request is not None}
+        if not waiting:
+            return sorted(done.items())
+        requests = list(waiting.values())
+        walks = matching.walk(
+            search, [r.way for r in requests], np.stack([r.flat for r in requests]),
+            np.stack([r.pose for r in requests]), np.array([r.speed for r in requests]), rng, scene.room_at,
+        )  # fmt: skip
+        waiting = {
+            k: _step(plays[k], walk, k, done, report) for k, walk in zip(waiting, walks, strict=True)
+        }
+
+
+def _step(
+    play: Play, walk: matching.Walk | None, number: int, done: dict[int, list[Piece]], report: Counter[str]
+) -> Request | None:
+    """The next walk that an episode asks for, None when it is over."""
+    try:
+        return next(play) if walk is None else play.send(walk)
+    except StopIteration as end:
+        done[number] = end.value
+    except Stuck as why:
+        report[str(why)] += 1
+    return None
+
+
+def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Generator) -> Episode | str:
+    """The episode of some pieces, or why it is dropped."""
+    longest = int(LONGEST * FPS)
+    whole = joined(pieces)
+    if len(whole) > longest:
+        whole = Piece(*(getattr(whole, name)[:longest] for name in Piece.__dataclass_fields__))
+    if len(whole) < SECONDS[0] * FPS:
+        return "too short"
+    build = bodies.draw(rng)
+    carried = bodies.carried(whole, build)
+    contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
+    locked = lock_feet(Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints))
+    joints, _ = locked.forward_kinematics()
+    if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
+        return "jumps"
+    if (scene.depth_beside(locked.root, locked.rotations, carried.object) > DEEP).any():
+        return "in something"
+    rotations = rotation.continuous(locked.rotations)
+    finished = Piece(
+        locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
+    )
+    return Episode(finished, build, _captured(bank, finished))
+
+
+def _captured(bank: Bank, piece: Piece) -> np.ndarray:
+    """Flags (T,): legs and trunk are as in the captured frame; root and heading are not asked about."""
+    source = np.maximum(piece.source, 0)
+    dots = np.abs((piece.rotations[:, LEGS_TRUNK] * bank.rotations[source][:, LEGS_TRUNK]).sum(-1))
+    angle = 2 * np.arccos(np.clip(dots, 0, 1))
+    return (piece.source >= 0) & (angle < AS_CAPTURED).all(1)
+
+
+def contacts(piece: Piece) -> np.ndarray:
+    """Contacts (T, 5) of pelvis, right and left hand, right and left foot."""
+    pelvis = np.isin(piece.labels, [LABELS.index("sit"), LABELS.index("lie")]).astype(np.float32)
+    return np.column_stack([pelvis, piece.hands, piece.feet])
+
+
+def in_use(piece: Piece) -> np.ndarray:
+    """Flags (T,) of frames on furniture."""
+    return np.isin(piece.labels, _OFF_FEET)
+
+
+__all__ = ["STEP", "Episode", "contacts", "episodes", "in_use"]
