@@ -38,14 +38,20 @@ class Stage:
         if seat == 4:
             far = 1.1 * max(width, depth) + height
             return camera.looking(np.array([0.01, far, 0.02]), np.zeros(3), np.radians(62))
-        corner = np.array([(-1, 1)[seat % 2] * (width / 2 - 0.2), 2.1, (-1, 1)[seat // 2] * (depth / 2 - 0.2)])
+        corner = np.array(
+            [(-1, 1)[seat % 2] * (width / 2 - 0.2), 2.1, (-1, 1)[seat // 2] * (depth / 2 - 0.2)]
+        )
         return camera.looking(corner, middle * [1, 0, 1] + [0, 0.8, 0], np.radians(84))
 
     def corners(self) -> list[int]:
         """The corners, the one that is farthest from the way first."""
-        return sorted(range(4), key=lambda k: -np.linalg.norm(self.view(k).position - self.motion.root.mean(0)))
+        return sorted(
+            range(4), key=lambda k: -np.linalg.norm(self.view(k).position - self.motion.root.mean(0))
+        )
 
-    def picture(self, seat: int, frame: int, size: tuple[int, int] = camera.SIZE, samples: int = 2) -> shading.Picture:
+    def picture(
+        self, seat: int, frame: int, size: tuple[int, int] = camera.SIZE, samples: int = 2
+    ) -> shading.Picture:
         """The picture of a frame from one of the views."""
         skin = human.skin(self.body, self.motion.posed(slice(frame, frame + 1)))[0]
         body = tracer.Body(skin, *views.faces())
@@ -56,7 +62,9 @@ class Stage:
 def maps(made: shading.Picture) -> tuple[np.ndarray, np.ndarray]:
     """Depth and classes as pictures (H, W, 3)."""
     near = np.clip(1 - made.depth / DEEPEST, 0, 1) * 255
-    return np.repeat(near[..., None], 3, -1).astype(np.uint8), COLOURS[np.minimum(made.classes, len(COLOURS) - 1)]
+    return np.repeat(near[..., None], 3, -1).astype(np.uint8), COLOURS[
+        np.minimum(made.classes, len(COLOURS) - 1)
+    ]
 
 
 def sheet(stage: Stage) -> np.ndarray:

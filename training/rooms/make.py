@@ -75,11 +75,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--rooms", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, default=Path("cache/rooms"))
-    parser.add_argument("--mocap", type=Path, default=DEFAULT_MOCAP, help="folder of the prepared clips' sets")
+    parser.add_argument(
+        "--mocap", type=Path, default=DEFAULT_MOCAP, help="folder of the prepared clips' sets"
+    )
     parser.add_argument("--furniture", type=Path, default=DEFAULT_FOLDER)
     parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
     parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")
-    parser.add_argument("--first", type=int, default=0, help="number of the first room, to make a part of them")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first room, to make a part of them"
+    )
     parser.add_argument("--last", type=int, help="number after the last room")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)

@@ -103,7 +103,7 @@ def motion_arrays(made: list[crew.Episode]) -> dict[str, np.ndarray]:
 
 
 def cloud(made: room.Room, seed: int) -> dict[str, np.ndarray]:
-    """Points (POINTS, 3) float32 on the room's surfaces that can be seen from inside, their normals int8 and classes."""
+    """Points (POINTS, 3) float32 on the surfaces that can be seen from inside, their normals int8 and classes."""
     width, depth, height = made.size
     half = np.array([width / 2, depth / 2])
     points, face = geometry.sample_surface(made.triangles, 3 * POINTS, seed=seed)
@@ -111,7 +111,11 @@ def cloud(made: room.Room, seed: int) -> dict[str, np.ndarray]:
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
     # The outer sides of walls, floor and ceiling are nobody's business; openings are a little behind the wall.
-    inside = (np.abs(points[:, [0, 2]]) < half + 0.1).all(-1) & (points[:, 1] > -0.02) & (points[:, 1] < height + 0.02)
+    inside = (
+        (np.abs(points[:, [0, 2]]) < half + 0.1).all(-1)
+        & (points[:, 1] > -0.02)
+        & (points[:, 1] < height + 0.02)
+    )
     shell = made.objects[face] == room.SHELL_OBJECT
     inwards = -points * np.array([1.0, 0.0, 1.0]) / np.maximum(np.abs(points), 1e-6).max(-1, keepdims=True)
     inwards[:, 1] = height / 2 - points[:, 1]

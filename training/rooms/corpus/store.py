@@ -1,4 +1,4 @@
-"""Where everything lies: folders of rooms, arrays that can be memory-mapped, the manifest. Writing is all or nothing."""
+"""Where everything lies: folders of rooms, arrays that can be memory-mapped, the manifest. No half-written files."""
 
 from __future__ import annotations
 

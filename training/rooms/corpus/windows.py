@@ -77,10 +77,14 @@ def _pictures(data: store.RoomData) -> np.ndarray:
     return np.column_stack([np.arange(len(frame)), episode, frame])
 
 
-def crop(points: np.ndarray, centre: np.ndarray, yaw: float, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+def crop(
+    points: np.ndarray, centre: np.ndarray, yaw: float, radius: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Rows of a cloud (P, 3) within a radius (metres, seen from above) of a place (3,), and these points in the frame
     of a body that stands there and faces yaw: heights stay."""
     rows = np.flatnonzero(np.hypot(*(points[:, [0, 2]] - centre[[0, 2]]).T) < radius)
     away = points[rows] - centre * np.array([1.0, 0.0, 1.0])
     c, s = np.cos(yaw), np.sin(yaw)
-    return rows, np.column_stack([away[:, 0] * c - away[:, 2] * s, away[:, 1], away[:, 0] * s + away[:, 2] * c])
+    return rows, np.column_stack(
+        [away[:, 0] * c - away[:, 2] * s, away[:, 1], away[:, 0] * s + away[:, 2] * c]
+    )

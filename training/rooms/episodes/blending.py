@@ -1,4 +1,4 @@
-"""Captured pieces joined to one motion: what differs at a joint dies away (inertial blending), feet are pinned again."""
+"""Captured pieces joined to one motion: what differs at a join dies away (inertial blending); feet are pinned."""
 
 from __future__ import annotations
 

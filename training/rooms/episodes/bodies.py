@@ -1,4 +1,4 @@
-"""Bodies of different shapes: a motion of the default human carried to one, feet where they were, buttocks on the seat."""
+"""Bodies of different shapes: a motion carried to one, feet where they were, buttocks on the seat."""
 
 from __future__ import annotations
 
@@ -16,7 +16,16 @@ from .bank import LABELS
 from .blending import Piece
 
 SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
-MOST = {"male": 1.0, "female": 1.0, "tall": 0.5, "short": 0.5, "heavy": 0.45, "thin": 0.6, "muscular": 0.5, "elder": 0.6}
+MOST = {
+    "male": 1.0,
+    "female": 1.0,
+    "tall": 0.5,
+    "short": 0.5,
+    "heavy": 0.45,
+    "thin": 0.6,
+    "muscular": 0.5,
+    "elder": 0.6,
+}
 OPPOSITES = (("male", "female"), ("tall", "short"), ("heavy", "thin"))
 SITS, LIES = (tuple(LABELS.index(n) for n in names) for names in (("sit",), ("lie",)))
 EVEN = 7.0  # frames over which standing turns into sitting
@@ -50,7 +59,9 @@ def of(shape: np.ndarray) -> Build:
     """The build of values (8,)."""
     default = human.load()
     body = default.shaped({name: float(v) for name, v in zip(SHAPES, shape, strict=True) if v})
-    return Build(np.asarray(shape), body, _under(body, True) - _base(True), _under(body, False) - _base(False))
+    return Build(
+        np.asarray(shape), body, _under(body, True) - _base(True), _under(body, False) - _base(False)
+    )
 
 
 @functools.cache
@@ -90,5 +101,11 @@ def carried(piece: Piece, build: Build) -> Piece:
         target = joints[:, ankle] + [0.0, over, 0.0]
         rotations = solve_limb(root, rotations, rest, f"{side}_leg", target)
     return Piece(
-        root, rotation.continuous(rotations), piece.labels, piece.feet, piece.source, piece.hands, piece.object
+        root,
+        rotation.continuous(rotations),
+        piece.labels,
+        piece.feet,
+        piece.source,
+        piece.hands,
+        piece.object,
     )

@@ -44,9 +44,7 @@ def episodes(
     report: Counter[str] = Counter()
     tried = 0
     while len(made) < count and tried < MOST_TRIES * count:
-        players = [
-            Player(bank, scene, np.random.default_rng([*seed, tried + k])) for k in range(AT_ONCE)
-        ]
+        players = [Player(bank, scene, np.random.default_rng([*seed, tried + k])) for k in range(AT_ONCE)]
         rng = np.random.default_rng([*seed, tried, 1])
         tried += AT_ONCE
         for number, pieces in _played(search, scene, players, rng, report):
@@ -77,9 +75,7 @@ def _played(
             search, [r.way for r in requests], np.stack([r.flat for r in requests]),
             np.stack([r.pose for r in requests]), np.array([r.speed for r in requests]), rng, scene.room_at,
         )  # fmt: skip
-        waiting = {
-            k: _step(plays[k], walk, k, done, report) for k, walk in zip(waiting, walks, strict=True)
-        }
+        waiting = {k: _step(plays[k], walk, k, done, report) for k, walk in zip(waiting, walks, strict=True)}
 
 
 def _step(
@@ -106,7 +102,9 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     build = bodies.draw(rng)
     carried = bodies.carried(whole, build)
     contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
-    locked = lock_feet(Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints))
+    locked = lock_feet(
+        Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints)
+    )
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"

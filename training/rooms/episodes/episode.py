@@ -129,8 +129,8 @@ class Player:
 
     def _add_walk(self, walk: Walk, flat: np.ndarray) -> None:
         at = 0
-        for first, count in walk.runs:
-            count = min(count, len(flat) - at)
+        for first, whole in walk.runs:
+            count = min(whole, len(flat) - at)
             if count < 4:
                 break
             self._add_bank(first, flat[at : at + count])
@@ -194,7 +194,9 @@ class Player:
         """Getting up from a place, after some time if the episode starts there."""
         use = spot.use
         held = use.seat_end - use.seated
-        before = min(held - LEAD - 1, int(self.rng.uniform(*HOLDS) * FPS) if start else int(self.rng.integers(15, 75)))
+        before = min(
+            held - LEAD - 1, int(self.rng.uniform(*HOLDS) * FPS) if start else int(self.rng.integers(15, 75))
+        )
         self._add_spot(spot, use.seat_end - max(before, 4), len(use.labels))
 
     def _add_spot(self, spot: Spot, first: int, stop: int) -> None:
@@ -204,7 +206,10 @@ class Player:
             return
         part = slice(first - LEAD, stop)
         own = slice(first, stop)
-        sits = np.isin(use.labels[own], [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")])
+        sits = np.isin(
+            use.labels[own],
+            [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")],
+        )
         self.pieces.append(
             Piece(
                 spot.root[part], spot.rotations[part], use.labels[own], use.feet[own], use.source[own], use.hands[own],
@@ -228,7 +233,11 @@ def _drawn(spots: list[Spot], rng: np.random.Generator) -> Spot:
 def _led_to(flat: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """A way (T, 3) whose end is moved to a goal (3,), more and more over its last frames."""
     count = len(flat)
-    share = smoothstep((np.arange(count) - count + 1 + RAMP) / RAMP) if count > RAMP else smoothstep(np.linspace(0, 1, count))
+    share = (
+        smoothstep((np.arange(count) - count + 1 + RAMP) / RAMP)
+        if count > RAMP
+        else smoothstep(np.linspace(0, 1, count))
+    )
     off = goal - flat[-1]
     off[2] = wrapped(off[2])
     return flat + share[:, None] * off

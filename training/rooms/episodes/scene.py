@@ -23,9 +23,11 @@ SPACING = 0.03  # metres between the samples of surfaces
 FAR = 0.3  # metres beyond which nothing is in the way
 STEP = 4  # frames between two that are looked at
 # Bones with two points each, and the radius of the flesh around them in metres.
-BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18), (17, 19),
-         (18, 20), (19, 21)]  # fmt: skip
-RADII = np.array([0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038])
+BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
+         (17, 19), (18, 20), (19, 21)]  # fmt: skip
+RADII = np.array(
+    [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
+)
 SHARES = (0.15, 0.5, 0.85)
 DEEP = 0.02  # metres
 
@@ -64,9 +66,7 @@ class Scene:
         ground = self.mesh.ground
         self._raster = np.zeros(ground.grid.shape[:2])
         floor = ground.places.height < 0.1
-        np.maximum.at(
-            self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor]
-        )
+        np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
         self.spots = self._spots(items, uses) if uses is not None else []
 
     def room_at(self, places: np.ndarray) -> np.ndarray:
@@ -87,7 +87,9 @@ class Scene:
         area = np.linalg.norm(
             np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=-1
         ).sum()
-        points, face = geometry.sample_surface(triangles, int(min(area / 2 / SPACING**2 * 2, 250_000)), seed=0)
+        points, face = geometry.sample_surface(
+            triangles, int(min(area / 2 / SPACING**2 * 2, 250_000)), seed=0
+        )
         return cKDTree(points), objects[face]
 
     @cached_property

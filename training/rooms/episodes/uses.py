@@ -145,7 +145,9 @@ class Composed:
                 clip = Clip("", made.root, made.rotations, made.labels, made.feet, made.bad)
                 labels = made.labels
                 down, still = int(np.argmax(labels == "lie_down")), np.flatnonzero(labels == "lie")
-                ups = np.flatnonzero(np.isin(labels, ("get_up", "stand_up")) & (np.arange(len(labels)) > still[-1]))
+                ups = np.flatnonzero(
+                    np.isin(labels, ("get_up", "stand_up")) & (np.arange(len(labels)) > still[-1])
+                )
                 up = int(ups[-1]) if len(ups) else -1
                 frames = (down, int(still[0]), int(still[-1]), up)
                 uses.append(_in_frame(clip, made.placement, "lie", place + len(uses), frames, None))
@@ -220,7 +222,9 @@ def _in_frame(
     first: int | None,
 ) -> Use:  # fmt: skip
     """The clip seen from a piece that stands at ``where`` (x, z, yaw)."""
-    root, rotations = turned(clip.root - np.array([where[0], 0.0, where[1]]), clip.rotations, -where[2], np.zeros(3))
+    root, rotations = turned(
+        clip.root - np.array([where[0], 0.0, where[1]]), clip.rotations, -where[2], np.zeros(3)
+    )
     index = {label: k for k, label in enumerate(LABELS)}
     count = len(clip)
     source = np.full(count, -1) if first is None else first + np.arange(count)

@@ -136,7 +136,8 @@ def table_lamp(rng: Rng) -> list[Part]:
 
 
 ON_TABLE = {
-    "living": (cup, bowl, books, vase, laptop), "dining": (cup, cup, bowl, bowl, vase), "kitchen": (cup, bowl, vase, books),
+    "living": (cup, bowl, books, vase, laptop),
+    "dining": (cup, cup, bowl, bowl, vase), "kitchen": (cup, bowl, vase, books),
     "office": (monitor, laptop, cup, books, table_lamp), "bedroom": (table_lamp, books, cup, vase),
     "waiting": (books, vase, books), "cafe": (cup, cup, bowl, vase),
 }  # fmt: skip

@@ -17,11 +17,13 @@ _HUES = {  # hue, saturation and value, each between two bounds, by the kind of 
     "wood": ((0.05, 0.11), (0.25, 0.65), (0.25, 0.8)), "white": ((0.08, 0.17), (0.0, 0.1), (0.75, 0.95)),
     "grey": ((0.0, 1.0), (0.0, 0.08), (0.15, 0.75)), "cloth": ((0.0, 1.0), (0.1, 0.65), (0.2, 0.8)),
     "pale": ((0.0, 1.0), (0.03, 0.25), (0.6, 0.92)), "bright": ((0.0, 1.0), (0.4, 0.9), (0.4, 0.9)),
-    "leaf": ((0.22, 0.38), (0.4, 0.8), (0.2, 0.55)), "black": ((0.0, 1.0), (0.0, 0.2), (0.04, 0.15)),
+    "muted": ((0.0, 1.0), (0.1, 0.4), (0.35, 0.7)), "leaf": ((0.22, 0.38), (0.4, 0.8), (0.2, 0.55)),
+    "black": ((0.0, 1.0), (0.0, 0.2), (0.04, 0.15)),
 }  # fmt: skip
 _MATERIALS = {
-    "floor": ("wood", "wood", "grey", "pale", "cloth"), "wall": ("white", "pale", "pale", "cloth"), "ceiling": ("white",),
-    "door": ("white", "wood", "grey"), "window": ("white", "wood", "grey"), "table": ("wood", "wood", "white", "grey", "black"),
+    "floor": ("wood", "wood", "grey", "pale", "wood"), "wall": ("white", "white", "pale", "pale", "muted"),
+    "ceiling": ("white",), "door": ("white", "wood", "grey"), "window": ("white", "wood", "grey"),
+    "table": ("wood", "wood", "white", "grey", "black"),
     "chair": ("wood", "cloth", "white", "black", "bright"), "sofa": ("cloth", "cloth", "grey", "wood"),
     "bed": ("white", "pale", "cloth", "wood"), "cupboard": ("wood", "white", "wood", "pale", "grey"),
     "shelf": ("wood", "white", "black"), "board": ("white", "bright", "black", "wood"),
@@ -76,6 +78,8 @@ def draw(room: Room, rng: np.random.Generator) -> dict[int, Paint]:
             paints[number] = family.setdefault(key, _paint(kind, rng))
         else:
             paints[number] = _paint(kind, rng)
+        if name.startswith("plant/1"):
+            paints[number] = Paint(np.stack([colour("leaf", rng)] * 2), "plain", 1.0, 0.0, 0.1)
         if name == PANE:
             paints[number] = Paint(np.ones((2, 3)) * 0.9, "plain", 1.0, 0.0, 0.6)
     for k in range(PEOPLE):
@@ -162,21 +166,14 @@ def _pattern(paint: Paint, points: np.ndarray, normals: np.ndarray) -> np.ndarra
     if paint.pattern not in ("grain", "planks", "tiles"):
         u, v = u * c + v * s, v * c - u * s
     u, v = u * paint.scale, v * paint.scale
-    if paint.pattern == "stripes":
-        return (np.floor(u) % 2).astype(float)
-    if paint.pattern == "checks":
-        return ((np.floor(u) + np.floor(v)) % 2).astype(float) * 0.8
-    if paint.pattern == "tiles":
-        return ((u % 1 < 0.04) | (v % 1 < 0.04)).astype(float)
-    if paint.pattern == "planks":
-        row = np.floor(u)
-        board = np.floor(v * 0.12 + _hash(row, 0 * row) * 7)
-        return np.where(
-            u % 1 < 0.03, 1.0, 0.6 * _hash(row, board) + 0.2 * np.sin(u * 23 + 3 * np.sin(v * 2)) ** 2
-        )
-    if paint.pattern == "grain":
-        return 0.5 + 0.5 * np.sin(u + 1.5 * np.sin(v * 0.23) + 0.7 * np.sin(u * 0.31))
-    return _noise(u, v)
+    return _PATTERNS[paint.pattern](u, v)
+
+
+def _planks(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    row = np.floor(u)
+    board = np.floor(v * 0.12 + _hash(row, 0 * row) * 7)
+    grain = 0.6 * _hash(row, board) + 0.2 * np.sin(u * 23 + 3 * np.sin(v * 2)) ** 2
+    return np.where(u % 1 < 0.03, 1.0, grain)
 
 
 def _hash(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -191,6 +188,16 @@ def _noise(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     top = _hash(x, y) * (1 - fx) + _hash(x + 1, y) * fx
     low = _hash(x, y + 1) * (1 - fx) + _hash(x + 1, y + 1) * fx
     return top * (1 - fy) + low * fy
+
+
+_PATTERNS = {
+    "stripes": lambda u, v: (np.floor(u) % 2).astype(float),
+    "checks": lambda u, v: ((np.floor(u) + np.floor(v)) % 2).astype(float) * 0.8,
+    "tiles": lambda u, v: ((u % 1 < 0.04) | (v % 1 < 0.04)).astype(float),
+    "planks": _planks,
+    "grain": lambda u, v: 0.5 + 0.5 * np.sin(u + 1.5 * np.sin(v * 0.23) + 0.7 * np.sin(u * 0.31)),
+    "noise": _noise,
+}
 
 
 def light(room: Room, rng: np.random.Generator) -> Light:
