@@ -30,9 +30,9 @@ from .bank import LABELS
 BEFORE, AFTER = 75, 20  # frames kept of the approach and after standing up
 MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
 GOALS = 3  # places on a piece
-TRIES = {"whole": 9, "hold": 4, "up": 7}  # captured pieces tried for each place
-LIES, LIE_TRIES = 5, 14
-FORWARD = (0.0, 0.07, 0.14, 0.2)  # metres towards the edge by which deep seats are sat on, in this order
+TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured pieces tried for each place
+LIES, LIE_TRIES = 4, 9
+FORWARD = (0.0, 0.08, 0.16)  # metres towards the edge by which deep seats are sat on, in this order
 WORTH = 0.6  # of the best place's score
 
 
@@ -131,8 +131,11 @@ class Composed:
         self, kind: str, piece: Furnishing, goal: Goal, place: int, tries: int, rng: np.random.Generator
     ) -> list[Use]:
         fits = [s for s in self.sittings[kind] if abs(s.pelvis[1] - goal.position[1]) < MOST_LIFT]
-        made = [_sat(fits[k], piece, goal, place) for k in rng.permutation(len(fits))[:tries]]
-        return [use for use in made if use is not None]
+        made, skip = [], 0
+        for k in rng.permutation(len(fits))[:tries]:
+            use, skip = _sat(fits[k], piece, goal, place, skip)
+            made += [use] if use is not None else []
+        return made
 
     def _lies(self, piece: Furnishing, place: int, seed: int) -> list[Use]:
         composer = LieComposer([piece], self.events, self.reclines, lambda clip, frames: (clip, frames), seed)
@@ -181,8 +184,9 @@ def _sitting(clip: Clip, offset: int, seated: int, seat_end: int, up_end: int) -
     return _Sitting(clip, offset, -1, seated, seat_end, up_end, pelvis, mean)
 
 
-def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int) -> Use | None:
-    """A captured stretch on a seat, or None where it and the piece are in each other's way."""
+def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int, skip: int) -> tuple[Use | None, int]:
+    """A captured stretch on a seat, or None where it and the piece are in each other's way; and how many of FORWARD
+    need not be tried the next time. skip: how many need not be tried now."""
     start = max(0, s.down - BEFORE) if s.down >= 0 else s.seated
     # What lies before belongs to the sit before it.
     earlier = np.flatnonzero(np.isin(s.clip.labels[start : max(s.down, start)], ("sit", "stand_up")))
@@ -198,23 +202,23 @@ def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int) -> Use | None:
         clip = lifted(clip, s.pelvis[1], lift)
     clip = relocked(clip)
     if fault(clip) is not None:
-        return None
+        return None, skip
     seat = slice(s.seated - start, s.seat_end - start + 1)
     pelvis = np.median(clip.root[seat], axis=0)
     near = np.zeros(len(clip), bool)
     near[max(s.down - start, 0) : (s.up_end - start + 1) if s.up_end >= 0 else None] = True
-    for forward in FORWARD:
+    for number, forward in enumerate(FORWARD[skip:], skip):
         nearer = replace(goal, position=goal.position + forward * goal.direction)
         where = placement(nearer, pelvis, s.yaw)
         if untouched(pelvis, piece, where):
-            return None
+            return None, skip
         if collides(clip, piece, where, near) is None:
             break
     else:
-        return None
+        return None, skip
     shift = lambda frame: frame - start if frame >= 0 else -1
     frames = (shift(s.down), shift(s.seated), shift(s.seat_end), shift(s.up_end))
-    return _in_frame(clip, where, "sit", place, frames, s.offset + start)
+    return _in_frame(clip, where, "sit", place, frames, s.offset + start), number
 
 
 def _in_frame(
