@@ -15,12 +15,14 @@ import shutil
 import time
 from pathlib import Path
 
+import numpy as np
+
 from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
 from .corpus.stages import Workshop
 from .episodes import bank as banks
 from .episodes.search import Search
-from .episodes.uses import Composed
+from .episodes.uses import Composed, Uses
 from .layout import stock
 
 TEST_SHARE = 5  # every fifth room is a test room
@@ -54,7 +56,19 @@ def workshop(options: argparse.Namespace) -> Workshop:
         part.write_bytes(pickle.dumps((bank, uses)))
         part.replace(kept)
     stocks = {name: stock.build(options.furniture, name == "test", options.seed) for name in store.SPLITS}
+    if options.uses == "fitted":
+        uses = _fitted(bank, uses, cache)
     return Workshop(cache, options.seed, stocks, bank, Search(bank), uses, options.episodes)
+
+
+def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
+    """Sits and lies fitted to each piece, instead of the composed ones."""
+    from ..motion.stitch import WalkIndex
+    from .episodes.fitted import Fitted
+
+    firsts = np.flatnonzero(np.diff(bank.clip, prepend=-1))
+    clip = min((event.clip for event in composed.events), key=len)
+    return Fitted(composed, WalkIndex([clip], history=2), bank.names, firsts, cache / "fitted")
 
 
 def _one(task: tuple[int, str, int]) -> dict:
@@ -79,6 +93,9 @@ def main(arguments: list[str] | None = None) -> int:
         "--mocap", type=Path, default=DEFAULT_MOCAP, help="folder of the prepared clips' sets"
     )
     parser.add_argument("--furniture", type=Path, default=DEFAULT_FOLDER)
+    parser.add_argument(
+        "--uses", choices=("composed", "fitted"), default="composed", help="sits and lies on furniture"
+    )
     parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
     parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")
     parser.add_argument(

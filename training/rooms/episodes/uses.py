@@ -23,6 +23,7 @@ from ...motion.augment import relocked
 from ...motion.checks import fault
 from ...motion.events import SitEvent, headings, label_runs, sit_events, turned
 from ...motion.lies import LieComposer
+from ...motion.sequence import Sequence
 from ...motion.sits import Furnishing, collides, lifted, placement, untouched
 from ..layout.stock import Item
 from .bank import LABELS
@@ -145,16 +146,35 @@ class Composed:
         for _ in range(LIE_TRIES):
             made = composer.compose()
             if made is not None and len(uses) < LIES:
-                clip = Clip("", made.root, made.rotations, made.labels, made.feet, made.bad)
-                labels = made.labels
-                down, still = int(np.argmax(labels == "lie_down")), np.flatnonzero(labels == "lie")
-                ups = np.flatnonzero(
-                    np.isin(labels, ("get_up", "stand_up")) & (np.arange(len(labels)) > still[-1])
-                )
-                up = int(ups[-1]) if len(ups) else -1
-                frames = (down, int(still[0]), int(still[-1]), up)
-                uses.append(_in_frame(clip, made.placement, "lie", place + len(uses), frames, None))
+                uses.append(of_sequence(made, place + len(uses)))
         return uses
+
+
+def of_sequence(made: Sequence, place: int, source: np.ndarray | None = None, fitted: bool = False) -> Use:
+    """The use of a training sequence that sits or lies; source: bank frames (T,) of it, None where not known."""
+    labels, count = made.labels, len(made)
+    lies = bool((labels == "lie").any())
+    going, resting, leaving = (
+        ("lie_down", "lie", ("get_up", "stand_up")) if lies else ("sit_down", "sit", ("stand_up",))
+    )
+    down, still = int(np.argmax(labels == going)), np.flatnonzero(labels == resting)
+    ups = np.flatnonzero(np.isin(labels, leaving) & (np.arange(count) > still[-1]))
+    start, stop = max(0, down - BEFORE), min(int(ups[-1]) + AFTER, count) if len(ups) else int(still[-1]) + 1
+    clip = Clip("", made.root, made.rotations, labels, made.feet, made.bad).cut(start, stop)
+    frames = (
+        down - start,
+        int(still[0]) - start,
+        int(still[-1]) - start,
+        int(ups[-1]) - start if len(ups) else -1,
+    )
+    use = _in_frame(clip, made.placement, "lie" if lies else "sit", place, frames, None)
+    part = slice(start, stop)
+    return replace(
+        use,
+        source=use.source if source is None else source[part].astype(np.int32),
+        hands=use.hands if made.hands is None else made.hands[part].astype(np.float32),
+        fitted=fitted,
+    )
 
 
 def _sittings(clip: Clip, offset: int, events: list[SitEvent]) -> list[tuple[str, _Sitting]]:
@@ -207,8 +227,8 @@ def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int, skip: int) -> t
     pelvis = np.median(clip.root[seat], axis=0)
     near = np.zeros(len(clip), bool)
     near[max(s.down - start, 0) : (s.up_end - start + 1) if s.up_end >= 0 else None] = True
-    for number, forward in enumerate(FORWARD[skip:], skip):
-        nearer = replace(goal, position=goal.position + forward * goal.direction)
+    for number in range(skip, len(FORWARD)):
+        nearer = replace(goal, position=goal.position + FORWARD[number] * goal.direction)
         where = placement(nearer, pelvis, s.yaw)
         if untouched(pelvis, piece, where):
             return None, skip
