@@ -82,12 +82,12 @@ def sheet(stage: Stage) -> np.ndarray:
     return np.vstack([np.hstack(row) for row in rows])
 
 
-def film(stages: list[Stage], path: Path) -> None:
+def film(room_builder: list[Stage], path: Path) -> None:
     """Some seconds of each episode: the picture, its depth, its classes."""
-    from ...samp_addon.blender.movie import write_movie
+    from ...samp_addon.blender.render.movie import write_movie
 
     def frames():  # noqa: ANN202
-        for stage in stages:
+        for stage in room_builder:
             first = stage.corners()[0]
             count = min(FILM_FPS * FILM_SECONDS, len(stage.motion) * FILM_FPS // 30)
             start = max((len(stage.motion) - 30 * FILM_SECONDS) // 2, 0)
@@ -115,15 +115,15 @@ def main(arguments: list[str] | None = None) -> int:
     every = [(r["number"], e) for r in corpus.manifest["rooms"] for e in range(r["episodes"])]
     rng = np.random.default_rng(options.seed)
     chosen = [every[k] for k in rng.permutation(len(every))[: options.episodes]]
-    stages = []
+    room_builder = []
     for number, episode in chosen:
         stage = Stage(corpus.room(number), episode, rng)
         name = folder / f"room{number:04d}_episode{episode:02d}.png"
         Image.fromarray(sheet(stage)).save(name)
         print(name)
-        stages = [*stages, stage][: options.film]
-    if stages:
-        film(stages, folder / "episodes.mp4")
+        room_builder = [*room_builder, stage][: options.film]
+    if room_builder:
+        film(room_builder, folder / "episodes.mp4")
         print(folder / "episodes.mp4")
     return 0
 

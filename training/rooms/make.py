@@ -19,7 +19,7 @@ import numpy as np
 
 from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
-from .corpus.stages import Workshop
+from .corpus.stages import RoomBuilder
 from .episodes import bank as banks
 from .episodes.search import Search
 from .episodes.uses import Composed, Uses
@@ -28,7 +28,7 @@ from .layout import stock
 TEST_SHARE = 5  # every fifth room is a test room
 PICTURES = {"train": 12_000, "test": 2_000}
 DEFAULT_MOCAP = DEFAULT_FOLDER.parent / "mocap"
-_workshop: Workshop | None = None
+_room_builder: RoomBuilder | None = None
 
 
 def split_of(number: int) -> str:
@@ -42,7 +42,7 @@ def pictures_of(split: str, rooms: int, share: float) -> int:
     return round(share * -(-PICTURES[split] // mine))
 
 
-def workshop(options: argparse.Namespace) -> Workshop:
+def room_builder(options: argparse.Namespace) -> RoomBuilder:
     """Everything that rooms are made with; clips are read once and kept beside the rooms."""
     cache = Path(options.output)
     cache.mkdir(parents=True, exist_ok=True)
@@ -58,12 +58,12 @@ def workshop(options: argparse.Namespace) -> Workshop:
     stocks = {name: stock.build(options.furniture, name == "test", options.seed) for name in store.SPLITS}
     if options.uses == "fitted":
         uses = _fitted(bank, uses, cache)
-    return Workshop(cache, options.seed, stocks, bank, Search(bank), uses, options.episodes)
+    return RoomBuilder(cache, options.seed, stocks, bank, Search(bank), uses, options.episodes)
 
 
 def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
     """Sits and lies fitted to each piece, instead of the composed ones."""
-    from ..motion.stitch import WalkIndex
+    from ..composition.stitch import WalkIndex
     from .episodes.fitted import Fitted
 
     firsts = np.flatnonzero(np.diff(bank.clip, prepend=-1))
@@ -73,7 +73,7 @@ def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
 
 def _one(task: tuple[int, str, int]) -> dict:
     began = time.time()
-    made = _workshop.make(*task)
+    made = _room_builder.make(*task)
     print(
         f"room {made['number']} {made['split']} {made['kind']}: {made['episodes']} episodes, {made['sits']} sits, "
         f"{made['lies']} lies, {made['pictures']} pictures in {time.time() - began:.0f} s",
@@ -84,7 +84,7 @@ def _one(task: tuple[int, str, int]) -> dict:
 
 def main(arguments: list[str] | None = None) -> int:
     """The command; returns its exit status."""
-    global _workshop  # noqa: PLW0603 - forked workers share what was read once
+    global _room_builder  # noqa: PLW0603 - forked workers share what was read once
     parser = argparse.ArgumentParser(prog="make", description=__doc__.splitlines()[0])
     parser.add_argument("--rooms", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
@@ -107,7 +107,7 @@ def main(arguments: list[str] | None = None) -> int:
     if not shutil.os.path.isdir(options.mocap):
         parser.error(f"{options.mocap} is not there; docs/training.md says where the clips come from")
     began = time.time()
-    _workshop = workshop(options)
+    _room_builder = room_builder(options)
     numbers = range(options.first, options.rooms if options.last is None else options.last)
     tasks = [(k, split_of(k), pictures_of(split_of(k), options.rooms, options.pictures)) for k in numbers]
     if options.workers > 1:
@@ -121,7 +121,7 @@ def main(arguments: list[str] | None = None) -> int:
     manifest = {
         "version": store.VERSION, "seed": options.seed, "fps": 30, "hours": frames / 108_000, "counts": counts,
         "quaternion_unit": store.QUATERNION, "depth_unit": store.DEPTH_UNIT, "normal_unit": store.NORMAL_UNIT,
-        "clips": _workshop.bank.names, "rooms": rooms,
+        "clips": _room_builder.bank.names, "rooms": rooms,
     }  # fmt: skip
     store.write_json(options.output / "manifest.json", manifest)
     print(f"{len(rooms)} rooms, {frames / 108_000:.2f} hours, {counts}, {time.time() - began:.0f} s")

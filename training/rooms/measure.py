@@ -18,8 +18,8 @@ from ...samp_addon.evaluation import feet
 from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
-from .. import mocap
-from ..motion.posture import neutralised
+from ..mocap import clip_files
+from ..mocap.posture import neutralised
 from .classes import CLASS
 from .corpus import store, views
 from .episodes.bank import LABELS, SETS
@@ -135,7 +135,7 @@ def frechet(a: np.ndarray, b: np.ndarray, axes: np.ndarray, middle: np.ndarray) 
 
 def captured_reference(folder: Path, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Knees, stance slides and jerks of captured clips, and seated idles that no training has seen."""
-    clips = [c for name in SETS for c in neutralised(mocap.load_clips(folder / name))]
+    clips = [c for name in SETS for c in neutralised(clip_files.load_clips(folder / name))]
     chosen = [clips[k] for k in rng.permutation(len(clips))[:120]]
     motions = [
         (c, Motion(c.root, c.rotations))
@@ -146,7 +146,7 @@ def captured_reference(folder: Path, rng: np.random.Generator) -> dict[str, np.n
     slides = [feet.measures(m)["stance_slide_cm_s"] for _, m in motions]
     held = [
         c
-        for c in mocap.load_clips(folder / "test")
+        for c in clip_files.load_clips(folder / "test")
         if c.name.startswith("rb_") and (c.labels == "sit").mean() > 0.9
     ]
     seated = [c for c in clips if c.name.startswith("rb_") and (c.labels == "sit").mean() > 0.95]

@@ -10,15 +10,14 @@ from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from ....samp_addon import rotation, skeleton
 from ....samp_addon.frames import wrapped
-from ... import mocap
-from ...mocap import FPS, Clip
-from ...motion import natural
-from ...motion.events import headings
-from ...motion.posture import neutralised
+from ...mocap import clip_files, natural
+from ...mocap.clip_files import FPS, Clip
+from ...mocap.events import headings
+from ...mocap.posture import neutralised
 
 SETS = ("smplx30", "rocketbox30", "o3de30", "accad30")
 SMOOTH = 8.0  # frames, standard deviation: the sway of single steps is not part of a path
-AHEAD = (10, 20, 30)  # frames at which the coming way is compared
+AHEAD = (10, 20, 30)  # frames at which the coming route is compared
 LEAD, TAIL = 3, 32  # frames of the same clip that a match needs before and after it
 LABELS = ("other", "idle", "shift", "walk", "run", "sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")
 LOCOMOTION = ("idle", "shift", "walk")
@@ -27,15 +26,15 @@ ACTED = (
     "drunk", "injured", "bruised", "cool", "Crouch", "crouch", "Jump", "OutofRange", "trolley", "umbrella", "knock",
     "_door", "cheer", "angry", "hold_bag", "Kick", "Lie", "lie", "box", "Box", "clap", "take_picture", "work_",
 )  # fmt: skip
-# Columns of the features and their weights: feet, their velocities, the pelvis' velocity, way and facing ahead.
+# Columns of the features and their weights: feet, their velocities, the pelvis' velocity, route and facing ahead.
 BLOCKS = (
     ("feet", 6, 0.8),
     ("feet speed", 6, 0.9),
     ("pelvis speed", 3, 1.0),
-    ("way", 6, 1.3),
+    ("route", 6, 1.3),
     ("facing", 6, 1.6),
 )
-POSE = 15  # of the columns tell the pose, the rest the way ahead
+POSE = 15  # of the columns tell the pose, the rest the route ahead
 
 
 @dataclass(frozen=True)
@@ -64,8 +63,8 @@ class Bank:
     ahead: np.ndarray
     still: np.ndarray
 
-    def way(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
-        """Scaled features (K, 12) of a wanted way: places (K, 3, 2) left and ahead of the root, facing (K, 3)
+    def route(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
+        """Scaled features (K, 12) of a wanted route: places (K, 3, 2) left and ahead of the root, facing (K, 3)
         radians."""
         direction = np.stack([np.sin(facing), np.cos(facing)], -1)
         raw = np.concatenate([places.reshape(-1, 6), direction.reshape(-1, 6)], -1)
@@ -76,8 +75,8 @@ def load(folder: Path, sets: tuple[str, ...] = SETS) -> tuple[Bank, list[Clip]]:
     """The bank of the clips in some sub-folders of ``folder`` and their mirror images, and those clips."""
     clips: list[Clip] = []
     for name in sets:
-        clips += neutralised(mocap.load_clips(Path(folder) / name))
-    clips += [mocap.mirror(clip) for clip in clips]
+        clips += neutralised(clip_files.load_clips(Path(folder) / name))
+    clips += [clip_files.mirror(clip) for clip in clips]
     return build(clips), clips
 
 
@@ -157,7 +156,7 @@ def _wanders(flat: np.ndarray) -> np.ndarray:
 
 
 def flat_root(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """x, z (metres) and yaw (radians, unwrapped) of a body's way (T, 3), smoothed over the sway of its steps."""
+    """x, z (metres) and yaw (radians, unwrapped) of a body's route (T, 3), smoothed over the sway of its steps."""
     yaw = np.unwrap(headings(root, rotations.astype(np.float64)))
     return gaussian_filter1d(np.column_stack([root[:, [0, 2]], yaw]), SMOOTH, axis=0, mode="nearest")
 
@@ -185,7 +184,7 @@ def pose_of(bank: Bank, root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 
 
 def turned_flat(flat: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """A way (T, 3) of x, z, yaw moved so that its first frame is at ``start`` (3,)."""
+    """A route (T, 3) of x, z, yaw moved so that its first frame is at ``start`` (3,)."""
     turn = wrapped(start[2] - flat[0, 2])
     c, s = np.cos(turn), np.sin(turn)
     away = flat[:, :2] - flat[0, :2]

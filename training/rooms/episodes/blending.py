@@ -8,7 +8,7 @@ import numpy as np
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
-from ....samp_addon.refine.foot_lock import lock_feet
+from ....samp_addon.refine.feet.foot_lock import lock_feet
 from .bank import Bank
 
 DECAY = 0.24  # 1/frame of the critically damped blend: half of a difference is gone after 7 frames
@@ -43,7 +43,7 @@ class Piece:
 
 
 def from_bank(bank: Bank, first: int, flat: np.ndarray) -> Piece:
-    """The bank's frames from ``first`` on, put onto a way: flat (T, 3) x, z, yaw."""
+    """The bank's frames from ``first`` on, put onto a route: flat (T, 3) x, z, yaw."""
     count = len(flat)
     frames = np.arange(first - LEAD, first + count)
     source = bank.flat[frames]

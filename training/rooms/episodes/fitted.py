@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ...composition.sequence import Sequence
+from ...composition.stitch import WalkIndex
 from ...fitting.lies import FittedLies
 from ...fitting.pieces import FittingPiece
 from ...fitting.sits import FittedComposer
-from ...motion.events import SitEvent
-from ...motion.sequence import Sequence
-from ...motion.stitch import WalkIndex
+from ...mocap.events import SitEvent
 from ..layout.stock import Item
 from .uses import Composed, Use, of_sequence
 
@@ -23,7 +23,7 @@ LIES, LIE_TRIES = 4, 10
 NEAR = 0.12  # metres between pelvises that sit in the same place
 
 
-class _Alone(FittedComposer):
+class _OwnApproachOnly(FittedComposer):
     """Sits with their own approach only: walks to them are matched in the room."""
 
     def _approached(self, made, phases, piece, goal) -> Iterator[tuple]:  # noqa: ANN001
@@ -59,7 +59,7 @@ class Fitted:
         piece = FittingPiece(0, item.category, item.name, item.triangles)
         uses: list[Use] = []
         if piece.seats:
-            composer = _Alone([piece], self.walks, seed)
+            composer = _OwnApproachOnly([piece], self.walks, seed)
             levels = np.array([goal.position[1] for goal in piece.seats])
             near = [e for e in self.events if np.abs(levels - e.pelvis[1]).min() < 0.15]
             for k in rng.permutation(len(near))[:TRIES]:

@@ -1,4 +1,4 @@
-"""A room as episodes see it: where one can walk, stand, and sit, and what is in the way."""
+"""A room as episodes see it: where one can walk, stand, and sit, and what is in the route."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from scipy.spatial import cKDTree
 
 from ....samp_addon import rotation, skeleton
 from ....samp_addon.errors import PathError
-from ....samp_addon.scene import geometry, navmesh, path
-from ...motion.events import turned
+from ....samp_addon.scene import geometry
+from ....samp_addon.scene.navmesh import navmesh, path
+from ...mocap.events import turned
 from ..classes import CLASS
 from ..layout.room import Room
 from ..layout.stock import Item
@@ -20,7 +21,7 @@ from .uses import Use, Uses
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a person who walks
 SPACING = 0.03  # metres between the samples of surfaces
-FAR = 0.3  # metres beyond which nothing is in the way
+FAR = 0.3  # metres beyond which nothing is in the route
 STEP = 4  # frames between two that are looked at
 # Bones with two points each, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
@@ -33,7 +34,7 @@ DEEP = 0.02  # metres
 
 
 @dataclass(frozen=True)
-class Spot:
+class PlacedUse:
     """A use in the room. item: number of the piece. flat: (T, 3) smoothed x, z, yaw."""
 
     item: int
@@ -67,9 +68,9 @@ class Scene:
         self._raster = np.zeros(ground.grid.shape[:2])
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
-        self.spots = self._spots(items, uses) if uses is not None else []
+        self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
 
-    def room_at(self, places: np.ndarray) -> np.ndarray:
+    def clearance_at(self, places: np.ndarray) -> np.ndarray:
         """Metres to obstacles (...) of places (..., 2) on the floor, 0 in them, up to 0.6."""
         grid = self.mesh.ground.grid
         at = np.floor((places - grid.corner[[0, 2]]) / grid.cell).astype(int)
@@ -98,7 +99,7 @@ class Scene:
         tree, objects = self.surface
         return {k: cKDTree(tree.data[objects != k]) for k in self.room.seats}
 
-    def _spots(self, items: dict[str, Item], uses: Uses) -> list[Spot]:
+    def _placed_uses(self, items: dict[str, Item], uses: Uses) -> list[PlacedUse]:
         found = []
         for number in self.room.seats:
             item = items.get(self.room.names[number])
@@ -109,19 +110,19 @@ class Scene:
                 continue
             for use in uses.of(item):
                 root, rotations = turned(use.root, use.rotations, yaw, np.array([x, 0.0, z]))
-                spot = Spot(number, use, root, rotations, flat_root(root, rotations))
-                if self._open(spot):
-                    found.append(spot)
+                placed = PlacedUse(number, use, root, rotations, flat_root(root, rotations))
+                if self._open(placed):
+                    found.append(placed)
         return found
 
-    def _open(self, spot: Spot) -> bool:
-        """Whether nothing else is in the way of a use, and one can get there and away."""
-        depth = self.depth(spot.root, spot.rotations, spot.item)
+    def _open(self, placed: PlacedUse) -> bool:
+        """Whether nothing else is in the route of a use, and one can get there and away."""
+        depth = self.depth(placed.root, placed.rotations, placed.item)
         if (depth > DEEP).any():
             return False
-        ends = [0] if spot.use.down >= 0 else []
-        ends += [spot.use.up_end] if spot.use.up_end >= 0 else []
-        return all(self.reachable(spot.flat[k, :2]) for k in ends)
+        ends = [0] if placed.use.down >= 0 else []
+        ends += [placed.use.up_end] if placed.use.up_end >= 0 else []
+        return all(self.reachable(placed.flat[k, :2]) for k in ends)
 
     def reachable(self, place: np.ndarray, within: float = 0.2) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""
@@ -149,7 +150,7 @@ class Scene:
         return out
 
     def route(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
-        """Corners (N, 2) of the way between two places (2,), or None."""
+        """Corners (N, 2) of the route between two places (2,), or None."""
         lift = lambda p: np.array([p[0], 0.0, p[1]])
         try:
             found = path.plan(self.mesh, lift(start), lift(goal), comfort=0.12)
@@ -176,9 +177,9 @@ def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np
     return np.stack(points, 1), np.repeat(RADII, len(SHARES))
 
 
-def moved(spot: Spot, **changes: np.ndarray) -> Spot:
-    """The spot with some parts replaced."""
-    return replace(spot, **changes)
+def moved(placed: PlacedUse, **changes: np.ndarray) -> PlacedUse:
+    """The placed with some parts replaced."""
+    return replace(placed, **changes)
 
 
 def level(rotations: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The search for the captured frames that go on best: one matrix product for all walkers."""
+"""Nearest-neighbour search of motion matching: one matrix product for all walkers."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from ....samp_addon.frames import wrapped
 from .bank import POSE, Bank
 
-STRIPES = 16  # candidates of each walker: the best of so many parts of the bank
-TASTES, TASTE = 4, 0.12  # directions and size of what one walker prefers to another
-LOYAL = 0.85  # a frame that goes on from the present one wins if its cost is so much of the best one's
+STRIPES = 16  # candidates of each walker: the best frame of each part of the bank
+PREFERENCES, PREFERENCE = 4, 0.12  # dimensions and scale of the walkers' preferences for clips
+LOYAL = 0.85  # factor on the cost of continuing the present clip
 LOOK = (6, 12, 20)  # frames at which a candidate's place is looked at
 ROOM, CROWDED = 0.25, 0.07  # metres of clearance that are wanted, and whose lack counts as one unit of cost
 Clearance = Callable[[np.ndarray], np.ndarray]
@@ -23,35 +23,37 @@ class Search:
     def __init__(self, bank: Bank, seed: int = 0) -> None:
         self.bank = bank
         count = len(bank.rows) // STRIPES * STRIPES
-        # Each part holds frames of all clips.
+        # Interleaved, so that every stripe holds frames of all clips.
         order = np.arange(count).reshape(-1, STRIPES).T.ravel()
         self.rows = bank.rows[order]
         features = bank.features[order]
-        likes = np.random.default_rng(seed).normal(size=(len(bank.names), TASTES)).astype(np.float32)
+        clip_vectors = (
+            np.random.default_rng(seed).normal(size=(len(bank.names), PREFERENCES)).astype(np.float32)
+        )
         self.table = np.concatenate(
-            [-2 * features, (features**2).sum(1, keepdims=True), likes[bank.clip[self.rows]]], -1
+            [-2 * features, (features**2).sum(1, keepdims=True), clip_vectors[bank.clip[self.rows]]], -1
         ).T.copy()
 
-    def tastes(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """What each of some walkers prefers (count, TASTES)."""
-        return TASTE * rng.normal(size=(count, TASTES)).astype(np.float32)
+    def preferences(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw the clip preferences (count, PREFERENCES) of walkers."""
+        return PREFERENCE * rng.normal(size=(count, PREFERENCES)).astype(np.float32)
 
     def frames(
-        self, query: np.ndarray, tastes: np.ndarray, now: np.ndarray, flat: np.ndarray, clearance: Clearance | None,
-        play: int,
+        self, query: np.ndarray, preferences: np.ndarray, now: np.ndarray, flat: np.ndarray,
+        clearance: Clearance | None, play: int,
     ) -> np.ndarray:  # fmt: skip
-        """The bank frames (W,) to go on from.
+        """Return the bank frames (W,) to continue from.
 
         query: (W, 27) features. now: (W,) bank frames of the present, -1 for none. flat: (W, 3) x, z, yaw. clearance:
         metres to obstacles of places (N, 2). play: frames until the next search.
         """
         bank, count = self.bank, len(query)
         one = np.ones((count, 1), np.float32)
-        cost = (np.concatenate([query, one, tastes], -1) @ self.table).reshape(count, STRIPES, -1)
+        cost = (np.concatenate([query, one, preferences], -1) @ self.table).reshape(count, STRIPES, -1)
         best = cost.argmin(2)
         value = np.take_along_axis(cost, best[..., None], 2)[..., 0] + (query**2).sum(1, keepdims=True)
         frames = self.rows.reshape(STRIPES, -1)[np.arange(STRIPES), best]
-        # Going on from the present frame is one more candidate; its pose fits perfectly.
+        # Continuing the present clip is one more candidate; its pose has no distance.
         on = (now >= 0) & (bank.ahead[now] > max(play, LOOK[-1]))
         row = np.clip(np.searchsorted(bank.rows, now), 0, len(bank.rows) - 1)
         on &= np.abs(bank.rows[row] - now) <= 2

@@ -16,15 +16,16 @@ import numpy as np
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Goal
-from ....samp_addon.scene import geometry, seats
-from ...mocap import Clip
-from ...motion import recline
-from ...motion.augment import relocked
-from ...motion.checks import fault
-from ...motion.events import SitEvent, headings, label_runs, sit_events, turned
-from ...motion.lies import LieComposer
-from ...motion.sequence import Sequence
-from ...motion.sits import Furnishing, collides, lifted, placement, untouched
+from ....samp_addon.scene import geometry
+from ....samp_addon.scene.seats import seats
+from ...composition import recline
+from ...composition.checks import fault
+from ...composition.lies import LieComposer
+from ...composition.sequence import Sequence
+from ...composition.sits import Furnishing, collides, lifted, placement, untouched
+from ...mocap.augment import relocked
+from ...mocap.clip_files import Clip
+from ...mocap.events import SitEvent, headings, label_runs, sit_events, turned
 from ..layout.stock import Item
 from .bank import LABELS
 
@@ -205,7 +206,7 @@ def _sitting(clip: Clip, offset: int, seated: int, seat_end: int, up_end: int) -
 
 
 def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int, skip: int) -> tuple[Use | None, int]:
-    """A captured stretch on a seat, or None where it and the piece are in each other's way; and how many of FORWARD
+    """A captured stretch on a seat, or None where it and the piece are in each other's route; and how many of FORWARD
     need not be tried the next time. skip: how many need not be tried now."""
     start = max(0, s.down - BEFORE) if s.down >= 0 else s.seated
     # What lies before belongs to the sit before it.

@@ -14,7 +14,7 @@ from .stock import Item, Stock
 LEG_ROOM = 0.5  # metres in front of a seat that stay free
 
 
-def thing(name: str, parts: list[Part]) -> Item:
+def item_of(name: str, parts: list[Part]) -> Item:
     """A procedural item."""
     return Item(name, name, parts)
 
@@ -59,7 +59,7 @@ def rug(plan: Plan, centre: np.ndarray, yaw: float, scale: float = 1.0) -> None:
     if rng.random() < 0.35:
         return
     x, z = scale * rng.uniform(0.7, 1.4), scale * rng.uniform(0.5, 1.0)
-    rug = thing("rug", [Part("floor", shapes.box((-x, 0.0, -z), (x, 0.004, z)))])
+    rug = item_of("rug", [Part("floor", shapes.box((-x, 0.0, -z), (x, 0.004, z)))])
     room = np.array(plan.shell.size[:2]) / 2 - np.abs(turned(np.array([x, z]), yaw)) - 0.05
     if (room > 0).all():
         x, z = np.clip(centre, -room, room)
@@ -69,7 +69,7 @@ def rug(plan: Plan, centre: np.ndarray, yaw: float, scale: float = 1.0) -> None:
 def storage(plan: Plan, names: list[str], count: int) -> None:
     for name in plan.rng.permutation(names)[:count]:
         parts = getattr(cupboards, str(name))(plan.rng)
-        plan.along_wall(thing(str(name), parts), front=0.35)
+        plan.along_wall(item_of(str(name), parts), front=0.35)
 
 
 def keep_beside(plan: Plan, bed: Placed, side: int) -> None:
@@ -163,4 +163,4 @@ def put_on(plan: Plan, below: Placed, kind: str, count: int) -> None:
         room = np.maximum((high - low)[[0, 2]] / 2 - 0.08, 0.02)
         place = (low + high)[[0, 2]] / 2 + rng.uniform(-1, 1, 2) * room
         turn = rng.normal(0, 0.3) if build in (clutter.monitor, clutter.laptop) else rng.uniform(0, 6.28)
-        plan.on_top(below, thing(build.__name__, build(rng)), tuple(place), turn)
+        plan.on_top(below, item_of(build.__name__, build(rng)), tuple(place), turn)

@@ -13,6 +13,7 @@ from .groups import (
     beside_table,
     desk,
     free_seat,
+    item_of,
     keep_beside,
     low_table,
     opposite,
@@ -20,7 +21,6 @@ from .groups import (
     rug,
     storage,
     table_group,
-    thing,
 )
 from .stock import Stock
 
@@ -39,8 +39,8 @@ def living(plan: Plan, stock: Stock) -> None:
         beside_table(plan, stock, sofa)
         plan.keep_front(sofa, LEG_ROOM)
         rug(plan, sofa.at(0.0, sofa.item.box[1][2] + 0.6), sofa.yaw)
-        screen = thing("screen", cupboards.board(rng, "screen"))
-        low = plan.along_wall(thing("sideboard", cupboards.sideboard(rng)), opposite(sofa), front=0.4)
+        screen = item_of("screen", cupboards.board(rng, "screen"))
+        low = plan.along_wall(item_of("sideboard", cupboards.sideboard(rng)), opposite(sofa), front=0.4)
         if low is not None:
             y = low.item.box[1][1]
             base = Placed(screen, *low.at(0.0, 0.1)[:1], y + 0.04, low.at(0.0, 0.1)[1], low.yaw)
@@ -61,7 +61,7 @@ def bedroom(plan: Plan, stock: Stock) -> None:
             continue
         low, high = bed.item.box
         for side in (-1, 1):
-            stand = thing("nightstand", cupboards.nightstand(rng))
+            stand = item_of("nightstand", cupboards.nightstand(rng))
             x = high[0] + stand.size[0] / 2 + 0.05 if side > 0 else low[0] - stand.size[0] / 2 - 0.05
             if rng.random() < 0.8:
                 plan.put(stand, *bed.at(x, low[2] + 0.03), bed.yaw, air=0.0)
@@ -96,14 +96,14 @@ def kitchen(plan: Plan, stock: Stock) -> None:
     longest = max(plan.shell.size[:2])
     for number in range(1 if rng.random() < 0.5 else 2):
         width = min(rng.uniform(1.6, 3.4) if number == 0 else rng.uniform(1.0, 2.0), longest - 0.5)
-        run = thing("counter", cupboards.counter(rng, width, rng.random() < 0.7))
+        run = item_of("counter", cupboards.counter(rng, width, rng.random() < 0.7))
         placed = plan.along_wall(run, gap=0.0, front=0.7, corner=number == 0 and rng.random() < 0.7)
         if placed is not None:
             put_on(plan, placed, "kitchen", int(rng.integers(1, 5)))
-    plan.along_wall(thing("fridge", cupboards.fridge(rng)), front=0.6, corner=True)
+    plan.along_wall(item_of("fridge", cupboards.fridge(rng)), front=0.6, corner=True)
     table_group(plan, stock, ("table", "small_table", "small_table"), ("chair", "stool", "chair"), 6)
     if rng.random() < 0.35:
-        bar = plan.along_wall(thing("bar", cupboards.desk_counter(rng, rng.uniform(1.2, 2.0))), gap=0.0)
+        bar = plan.along_wall(item_of("bar", cupboards.desk_counter(rng, rng.uniform(1.2, 2.0))), gap=0.0)
         bar_stools(plan, stock, bar)
     storage(plan, ["bookshelf", "drawers", "wardrobe"], int(rng.integers(0, 2)))
 
@@ -114,7 +114,7 @@ def office(plan: Plan, stock: Stock) -> None:
     area = plan.shell.size[0] * plan.shell.size[1]
     for _ in range(int(rng.integers(1, 3 + int(area > 22)))):
         desk(plan, stock, ("office_chair", "office_chair", "chair"))
-    plan.on_wall(thing("whiteboard", cupboards.board(rng, "whiteboard")), 0.85, 1.0)
+    plan.on_wall(item_of("whiteboard", cupboards.board(rng, "whiteboard")), 0.85, 1.0)
     storage(plan, ["bookshelf", "sideboard", "bookshelf", "drawers"], int(rng.integers(1, 4)))
     if area > 18:
         table_group(plan, stock, ("table", "small_table"), ("chair", "office_chair"), 6)
@@ -127,7 +127,7 @@ def waiting(plan: Plan, stock: Stock) -> None:
     rng = plan.rng
     if rng.random() < 0.7:
         plan.along_wall(
-            thing("reception", cupboards.desk_counter(rng, rng.uniform(1.3, 2.2))), gap=0.7, front=0.6
+            item_of("reception", cupboards.desk_counter(rng, rng.uniform(1.3, 2.2))), gap=0.7, front=0.6
         )
     for _ in range(int(rng.integers(2, 4))):
         item = stock.pick(rng, "chair", "bench", "armchair", "sofa", most=1.9)
@@ -153,7 +153,7 @@ def cafe(plan: Plan, stock: Stock) -> None:
     rng = plan.rng
     if rng.random() < 0.8:
         bar = plan.along_wall(
-            thing("bar", cupboards.desk_counter(rng, rng.uniform(1.4, 2.6))), gap=rng.uniform(0.5, 0.7)
+            item_of("bar", cupboards.desk_counter(rng, rng.uniform(1.4, 2.6))), gap=rng.uniform(0.5, 0.7)
         )
         bar_stools(plan, stock, bar)
     chair = stock.pick(rng, "chair")
@@ -175,9 +175,9 @@ def finish(plan: Plan, kind: str) -> None:
     """Pictures, plants, lamps, and things on tables and cupboards."""
     rng = plan.rng
     for _ in range(int(rng.integers(0, 5))):
-        plan.on_wall(thing("picture", cupboards.board(rng, "picture")), 1.1, 1.6)
+        plan.on_wall(item_of("picture", cupboards.board(rng, "picture")), 1.1, 1.6)
     if rng.random() < 0.25:
-        plan.on_wall(thing("whiteboard", cupboards.board(rng, "whiteboard")), 0.85, 1.0)
+        plan.on_wall(item_of("whiteboard", cupboards.board(rng, "whiteboard")), 0.85, 1.0)
     tops = (
         "table",
         "small_table",
@@ -194,4 +194,4 @@ def finish(plan: Plan, kind: str) -> None:
             put_on(plan, placed, kind, int(rng.integers(0, 5)))
     for _ in range(int(rng.integers(1, 6))):
         build = clutter.ON_FLOOR[rng.integers(len(clutter.ON_FLOOR))]
-        plan.along_wall(thing(build.__name__.strip("_"), build(rng)), gap=0.06, tries=8)
+        plan.along_wall(item_of(build.__name__.strip("_"), build(rng)), gap=0.06, tries=8)

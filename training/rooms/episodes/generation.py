@@ -1,4 +1,4 @@
-"""Many episodes of one room at once, and which of them are fit to be learnt from."""
+"""Episodes of one room in batches, and the checks that reject the unusable ones."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
-from ....samp_addon.refine.foot_lock import lock_feet
+from ....samp_addon.refine.feet.foot_lock import lock_feet
 from . import bodies, matching
 from .bank import LABELS, Bank
 from .blending import Piece, joined
-from .episode import LONGEST, SECONDS, Play, Player, Request, Stuck
+from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
 from .matching import FPS
-from .scene import DEEP, STEP, Scene
+from .scene import DEEP, Scene
 from .search import Search
 
 AT_ONCE = 24  # episodes that are made together
@@ -39,18 +39,20 @@ class Episode:
 def episodes(
     bank: Bank, search: Search, scene: Scene, count: int, seed: list[int]
 ) -> tuple[list[Episode], Counter[str]]:
-    """``count`` episodes in a scene, or as many as came of several times as many tries; and what was dropped why."""
+    """Return up to ``count`` episodes in a scene, and counts of the rejections by reason."""
     made: list[Episode] = []
     report: Counter[str] = Counter()
     tried = 0
     while len(made) < count and tried < MOST_TRIES * count:
-        players = [Player(bank, scene, np.random.default_rng([*seed, tried + k])) for k in range(AT_ONCE)]
+        composers = [
+            EpisodeComposer(bank, scene, np.random.default_rng([*seed, tried + k])) for k in range(AT_ONCE)
+        ]
         rng = np.random.default_rng([*seed, tried, 1])
         tried += AT_ONCE
-        for number, pieces in _played(search, scene, players, rng, report):
+        for number, pieces in _played(search, scene, composers, rng, report):
             if len(made) == count:
                 break
-            episode = _finished(bank, scene, pieces, players[number].rng)
+            episode = _finished(bank, scene, pieces, composers[number].rng)
             if isinstance(episode, str):
                 report[episode] += 1
             else:
@@ -60,39 +62,47 @@ def episodes(
 
 
 def _played(
-    search: Search, scene: Scene, players: list[Player], rng: np.random.Generator, report: Counter[str]
+    search: Search,
+    scene: Scene,
+    composers: list[EpisodeComposer],
+    rng: np.random.Generator,
+    report: Counter[str],
 ) -> list[tuple[int, list[Piece]]]:
-    """The episodes that got to their ends, by their players' numbers; their walks are made in batches."""
-    plays = [player.play() for player in players]
+    """Return the completed episodes with the numbers of their composers; walks are generated in batches."""
+    steps = [composer.compose() for composer in composers]
     done: dict[int, list[Piece]] = {}
-    waiting = {k: _step(plays[k], None, k, done, report) for k in range(len(plays))}
+    waiting = {k: _step(steps[k], None, k, done, report) for k in range(len(steps))}
     while True:
         waiting = {k: request for k, request in waiting.items() if request is not None}
         if not waiting:
             return sorted(done.items())
         requests = list(waiting.values())
         walks = matching.walk(
-            search, [r.way for r in requests], np.stack([r.flat for r in requests]),
-            np.stack([r.pose for r in requests]), np.array([r.speed for r in requests]), rng, scene.room_at,
+            search, [r.route for r in requests], np.stack([r.flat for r in requests]),
+            np.stack([r.pose for r in requests]), np.array([r.speed for r in requests]), rng, scene.clearance_at,
         )  # fmt: skip
-        waiting = {k: _step(plays[k], walk, k, done, report) for k, walk in zip(waiting, walks, strict=True)}
+        waiting = {k: _step(steps[k], walk, k, done, report) for k, walk in zip(waiting, walks, strict=True)}
 
 
 def _step(
-    play: Play, walk: matching.Walk | None, number: int, done: dict[int, list[Piece]], report: Counter[str]
+    episode: EpisodeSteps,
+    walk: matching.Walk | None,
+    number: int,
+    done: dict[int, list[Piece]],
+    report: Counter[str],
 ) -> Request | None:
-    """The next walk that an episode asks for, None when it is over."""
+    """Advance an episode; return its next walk request, None at its end."""
     try:
-        return next(play) if walk is None else play.send(walk)
+        return next(episode) if walk is None else episode.send(walk)
     except StopIteration as end:
         done[number] = end.value
-    except Stuck as why:
+    except EpisodeFailed as why:
         report[str(why)] += 1
     return None
 
 
 def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Generator) -> Episode | str:
-    """The episode of some pieces, or why it is dropped."""
+    """Join, carry to a body, lock the feet and check; return the episode or the reason of its rejection."""
     longest = int(LONGEST * FPS)
     whole = joined(pieces)
     if len(whole) > longest:
@@ -134,6 +144,3 @@ def contacts(piece: Piece) -> np.ndarray:
 def in_use(piece: Piece) -> np.ndarray:
     """Flags (T,) of frames on furniture."""
     return np.isin(piece.labels, _OFF_FEET)
-
-
-__all__ = ["STEP", "Episode", "contacts", "episodes", "in_use"]

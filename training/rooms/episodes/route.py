@@ -1,4 +1,4 @@
-"""Ways over the floor: navmesh paths with round corners, sampled evenly."""
+"""Routes over the floor: navmesh paths with rounded corners, sampled evenly."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-STEP = 0.02  # metres between the samples of a way
+STEP = 0.02  # metres between the samples of a route
 ROUND = 0.16  # metres, standard deviation of the smoothing that rounds corners
 
 
 @dataclass(frozen=True)
-class Way:
-    """points: (K, 2) x and z, metres, STEP apart. tangent: (K,) yaw along the way, radians, unwrapped. end_yaw: which
-    way the body faces when it has arrived, radians. pace: m/s."""
+class Route:
+    """points: (K, 2) x and z, metres, STEP apart. tangent: (K,) yaw along the route, radians, unwrapped.
+
+    end_yaw: yaw of the body at the end, radians. pace: m/s.
+    """
 
     points: np.ndarray
     tangent: np.ndarray
@@ -27,16 +29,16 @@ class Way:
         return (len(self.points) - 1) * STEP
 
 
-def rounded(corners: np.ndarray, end_yaw: float, pace: float) -> Way:
-    """The way along corners (N, 2), metres, at least one; ends stay where they are."""
+def rounded(corners: np.ndarray, end_yaw: float, pace: float) -> Route:
+    """The route along corners (N, 2), metres, at least one; ends stay where they are."""
     corners = np.asarray(corners, dtype=np.float64)
     away = np.linalg.norm(np.diff(corners, axis=0), axis=-1)
     corners = corners[np.concatenate([[True], away > 1e-6])]
     if len(corners) < 2:
-        return Way(corners[:1], np.array([end_yaw]), end_yaw, pace)
+        return Route(corners[:1], np.array([end_yaw]), end_yaw, pace)
     dense = _even(corners)
     sigma = ROUND / STEP
-    # Mirrored at its ends a line keeps them where they are.
+    # Point reflection at both ends keeps them in place.
     pad = min(int(4 * sigma), len(dense) - 1)
     front, back = 2 * dense[0] - dense[pad:0:-1], 2 * dense[-1] - dense[-2 : -pad - 2 : -1]
     smooth = gaussian_filter1d(np.concatenate([front, dense, back]), sigma, axis=0, mode="nearest")
@@ -44,7 +46,7 @@ def rounded(corners: np.ndarray, end_yaw: float, pace: float) -> Way:
     tangent = (
         np.unwrap(np.arctan2(*np.gradient(points, axis=0).T)) if len(points) > 1 else np.array([end_yaw])
     )
-    return Way(points, tangent, end_yaw, pace)
+    return Route(points, tangent, end_yaw, pace)
 
 
 def _even(line: np.ndarray) -> np.ndarray:

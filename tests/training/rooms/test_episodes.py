@@ -1,11 +1,11 @@
-"""Episodes: walks follow their ways, pieces join without jumps, bodies of other shapes stand and sit as they should."""
+"""Episodes: walks follow their routes, pieces join without jumps, other bodies stand on the floor and on seats."""
 
 import numpy as np
 import pytest
 from room_clips import small_bank
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.training.rooms.episodes import bank as banks
-from samp_blender.training.rooms.episodes import blending, bodies, matching, way
+from samp_blender.training.rooms.episodes import blending, bodies, matching, route
 from samp_blender.training.rooms.episodes.search import Search
 
 SIT = banks.LABELS.index("sit")
@@ -16,30 +16,30 @@ def frames():
     return small_bank()
 
 
-def walked(frames, ways, starts):
+def walked(frames, routes, starts):
     idle = np.flatnonzero((frames.labels == banks.LABELS.index("idle")) & (frames.still > 20))[0]
-    pose = np.repeat(frames.pose[idle][None], len(ways), axis=0)
+    pose = np.repeat(frames.pose[idle][None], len(routes), axis=0)
     return matching.walk(
-        Search(frames), ways, np.array(starts), pose, np.zeros(len(ways)), np.random.default_rng(0)
+        Search(frames), routes, np.array(starts), pose, np.zeros(len(routes)), np.random.default_rng(0)
     )
 
 
-def test_a_way_keeps_its_ends_and_rounds_its_corners():
+def test_a_route_keeps_its_ends_and_rounds_its_corners():
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]])
-    made = way.rounded(corners, 0.0, 1.0)
+    made = route.rounded(corners, 0.0, 1.0)
     np.testing.assert_allclose(made.points[[0, -1]], corners[[0, -1]], atol=1e-6)
     assert 0.02 < np.linalg.norm(made.points - corners[1], axis=-1).min() < 0.25
     assert np.abs(np.diff(made.tangent)).max() < 0.3
-    np.testing.assert_allclose(np.linalg.norm(np.diff(made.points, axis=0), axis=-1), way.STEP, atol=0.003)
+    np.testing.assert_allclose(np.linalg.norm(np.diff(made.points, axis=0), axis=-1), route.STEP, atol=0.003)
 
 
 @pytest.mark.parametrize(
     "corners", [[[0, 0], [0, 3]], [[0, 0], [0, 2], [2, 2.5]], [[1, 1], [1, 2.5], [-0.5, 3.0]]]
 )
-def test_walks_follow_their_way_and_arrive(frames, corners):
+def test_walks_follow_their_route_and_arrive(frames, corners):
     corners = np.array(corners, float)
     end = np.arctan2(*(corners[-1] - corners[-2]))
-    made = way.rounded(corners, end, 0.9)
+    made = route.rounded(corners, end, 0.9)
     (walk,) = walked(frames, [made], [[*corners[0], 0.0]])
     assert walk.arrived and len(walk.flat) == sum(count for _, count in walk.runs)
     off = np.linalg.norm(walk.flat[:, None, :2] - made.points, axis=-1).min(1)

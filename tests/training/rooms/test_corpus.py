@@ -1,4 +1,4 @@
-"""The corpus on disk: stages are whole or not there, motion is read back, windows keep what they promise."""
+"""The corpus on disk: room_builder are whole or not there, motion is read back, windows keep what they promise."""
 
 import numpy as np
 import pytest

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ....samp_addon.scene import geometry
-from ..episodes import crew
+from ..episodes import generation
 from ..episodes.bank import LABELS, Bank
 from ..episodes.scene import Scene
 from ..episodes.search import Search
@@ -18,11 +18,11 @@ from . import store, views
 
 POINTS = 20_000  # of a room's cloud
 TRIES = 6  # layouts tried for one room
-FEWEST_SPOTS = 6  # uses that one can enter in a room that people live in
+FEWEST_ENTRIES = 6  # uses that one can enter in a room that people live in
 
 
 @dataclass
-class Workshop:
+class RoomBuilder:
     """What all rooms are made with. stocks: by split. uses: None where nobody sits."""
 
     cache: Path
@@ -34,7 +34,7 @@ class Workshop:
     episodes: int
 
     def make(self, number: int, split: str, pictures: int) -> dict:
-        """All stages of a room that are not there yet; returns what the manifest says of it."""
+        """All room_builder of a room that are not there yet; returns what the manifest says of it."""
         folder = store.room_folder(self.cache, number)
         if not store.has_stage(folder, "layout"):
             self._layout(folder, number, split)
@@ -63,10 +63,10 @@ class Workshop:
             places = len(made.seats)
             if self.uses is not None:
                 scene = Scene(made, self.stocks[split].named(), self.uses)
-                places = sum(spot.use.down >= 0 for spot in scene.spots)
+                places = sum(placed.use.down >= 0 for placed in scene.placed_uses)
             if places > most:
                 best, most = made, places
-            if most >= FEWEST_SPOTS:
+            if most >= FEWEST_ENTRIES:
                 break
         width, depth, height = best.size
         notes = {"kind": kind, "area": width * depth, "height": height, "items": len(best.names),
@@ -76,7 +76,9 @@ class Workshop:
         store.write_json(folder / "layout" / "notes.json", notes)
 
     def _motion(self, folder: Path, number: int, scene: Scene) -> None:
-        made, report = crew.episodes(self.bank, self.search, scene, self.episodes, [self.seed, number, 2])
+        made, report = generation.episodes(
+            self.bank, self.search, scene, self.episodes, [self.seed, number, 2]
+        )
         store.write_stage(folder, "motion", motion_arrays(made), {
             "episodes": len(made), "frames": sum(len(e.piece) for e in made),
             "captured": float(np.concatenate([e.captured for e in made]).mean()) if made else 0.0,
@@ -86,7 +88,7 @@ class Workshop:
         })  # fmt: skip
 
 
-def motion_arrays(made: list[crew.Episode]) -> dict[str, np.ndarray]:
+def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
     """The arrays of a room's motion; frames of all episodes in a row."""
     cat = lambda f: np.concatenate([f(e) for e in made])
     return {
@@ -95,7 +97,7 @@ def motion_arrays(made: list[crew.Episode]) -> dict[str, np.ndarray]:
         "root": cat(lambda e: e.piece.root).astype(np.float32),
         "rotations": np.round(cat(lambda e: e.piece.rotations) * store.QUATERNION).astype(np.int16),
         "labels": cat(lambda e: e.piece.labels),
-        "contacts": np.round(cat(lambda e: crew.contacts(e.piece))).astype(np.uint8),
+        "contacts": np.round(cat(lambda e: generation.contacts(e.piece))).astype(np.uint8),
         "objects": cat(lambda e: e.piece.object).astype(np.int16),
         "source": cat(lambda e: e.piece.source).astype(np.int32),
         "captured": cat(lambda e: e.captured),

@@ -3,7 +3,7 @@
 import numpy as np
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.easing import smoothstep
-from samp_blender.training.mocap import FPS, Clip
+from samp_blender.training.mocap.clip_files import FPS, Clip
 from samp_blender.training.rooms.episodes import bank
 
 
