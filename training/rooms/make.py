@@ -19,7 +19,7 @@ import numpy as np
 
 from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
-from .corpus.stages import RoomBuilder
+from .corpus.room_builder import RoomBuilder
 from .episodes import bank as banks
 from .episodes.search import Search
 from .episodes.uses import Composed, Uses

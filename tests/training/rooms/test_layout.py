@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from samp_blender.training.furniture.library import is_held_out
 from samp_blender.training.rooms.classes import CLASS, CLASSES
-from samp_blender.training.rooms.corpus.stages import POINTS, cloud
+from samp_blender.training.rooms.corpus.room_builder import POINTS, cloud
 from samp_blender.training.rooms.layout import floorplan, kinds, room, shell, stock
 
 NOWHERE = Path("nowhere")

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from ....samp_addon import rotation, skeleton
-from ....samp_addon.frames import wrapped
+from ....samp_addon.frames import wrap_angle
 from ...mocap import clip_files, natural
 from ...mocap.clip_files import FPS, Clip
 from ...mocap.events import headings
@@ -185,7 +185,7 @@ def pose_of(bank: Bank, root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 
 def turned_flat(flat: np.ndarray, start: np.ndarray) -> np.ndarray:
     """A route (T, 3) of x, z, yaw moved so that its first frame is at ``start`` (3,)."""
-    turn = wrapped(start[2] - flat[0, 2])
+    turn = wrap_angle(start[2] - flat[0, 2])
     c, s = np.cos(turn), np.sin(turn)
     away = flat[:, :2] - flat[0, :2]
     x, z = away[:, 0] * c + away[:, 1] * s, -away[:, 0] * s + away[:, 1] * c

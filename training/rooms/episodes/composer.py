@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....samp_addon.easing import smoothstep
-from ....samp_addon.frames import wrapped
+from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
 from . import route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
@@ -155,7 +155,7 @@ class EpisodeComposer:
         frames = np.arange(max(len(source) - MEET, min(15, len(source) - 1)), len(source))
         gap = ((self.bank.pose[source[frames]][:, None] - use_pose) ** 2).sum(-1)
         away = np.linalg.norm(walk.flat[frames, None, :2] - placed.flat[:last, :2], axis=-1)
-        turn = np.abs(wrapped(walk.flat[frames, None, 2] - placed.flat[:last, 2]))
+        turn = np.abs(wrap_angle(walk.flat[frames, None, 2] - placed.flat[:last, 2]))
         cost = gap + (away / MEET_PLACE) ** 2 + (turn / MEET_TURN) ** 2
         cost = np.where((away < FARTHEST) & (turn < WIDEST), cost, np.inf)
         best = np.unravel_index(cost.argmin(), cost.shape)
@@ -240,5 +240,5 @@ def _led_to(flat: np.ndarray, goal: np.ndarray) -> np.ndarray:
         else smoothstep(np.linspace(0, 1, count))
     )
     off = goal - flat[-1]
-    off[2] = wrapped(off[2])
+    off[2] = wrap_angle(off[2])
     return flat + share[:, None] * off

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....samp_addon.frames import wrapped
+from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
 from .bank import AHEAD, Bank
 from .route import STEP, Route
@@ -59,7 +59,7 @@ class _Walkers:
         """Yaw (W,) along the routes; near their ends that of the end."""
         share = np.clip((along - self.length + NEAR_END) / NEAR_END, 0, 1)
         tangent = self.tangent[self.row, self._at(along)]
-        return tangent + share * wrapped(self.end_yaw - tangent)
+        return tangent + share * wrap_angle(self.end_yaw - tangent)
 
     def _at(self, along: np.ndarray) -> np.ndarray:
         return np.clip((along / STEP + 0.5).astype(int), 0, np.maximum(self.length / STEP, 0).astype(int))
@@ -77,7 +77,7 @@ class _Walkers:
         off = self.flat[:, :2] - self.place(self.along)
         places, facings, step = [], [], 5 / FPS
         for frame in range(5, AHEAD[-1] + 1, 5):
-            astray = wrapped(self.direction(along + 0.15) - yaw)
+            astray = wrap_angle(self.direction(along + 0.15) - yaw)
             yaw = yaw + np.clip(astray, -SPIN * step, SPIN * step)
             most = np.sqrt(np.maximum(2 * BRAKE * (self.length - along), 0.0))
             target = np.minimum(self.pace * np.clip(np.cos(astray), 0.05, 1.0), most)
@@ -89,7 +89,7 @@ class _Walkers:
         away = np.stack(places, 1) - self.flat[:, None, :2]
         c, s = np.cos(self.flat[:, 2])[:, None], np.sin(self.flat[:, 2])[:, None]
         local = np.stack([away[..., 0] * c - away[..., 1] * s, away[..., 0] * s + away[..., 1] * c], -1)
-        return local, wrapped(np.stack(facings, 1) - self.flat[:, 2:])
+        return local, wrap_angle(np.stack(facings, 1) - self.flat[:, 2:])
 
 
 def walk(
@@ -127,7 +127,7 @@ def walk(
         count[active] += PLAY
         walkers.progress()
         there = np.linalg.norm(walkers.flat[:, :2] - walkers.place(walkers.length), axis=-1) < ARRIVED
-        there &= np.abs(wrapped(walkers.end_yaw - walkers.flat[:, 2])) < FACED
+        there &= np.abs(wrap_angle(walkers.end_yaw - walkers.flat[:, 2])) < FACED
         arrived |= active & there & (walkers.speed < STILL)
         active &= ~arrived & (count < limit)
     return [Walk(r, np.concatenate(f), bool(a)) for r, f, a in zip(pieces, flats, arrived, strict=True)]
@@ -150,7 +150,7 @@ def _played(bank: Bank, walkers: _Walkers, frames: np.ndarray, active: np.ndarra
     ahead = walkers.place(walkers.along + 0.45) - walkers.flat[:, :2]
     far = (walkers.length - walkers.along > 0.5) & (np.linalg.norm(ahead, axis=-1) > 0.2)
     aim = np.where(far, np.arctan2(ahead[:, 0], ahead[:, 1]), walkers.direction(walkers.along))
-    astray = wrapped(aim - walkers.flat[:, 2])[active]
+    astray = wrap_angle(aim - walkers.flat[:, 2])[active]
     bend = np.clip(0.5 * astray, -TURN_LIMIT, TURN_LIMIT) * np.clip(going / 0.5, 0.15, 1)
     bent = _integrated(here[active], steps, turn[:, None] + bend[:, None] * ramp)
     bent[..., 2] += bend[:, None] * ramp

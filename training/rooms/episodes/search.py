@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ....samp_addon.frames import wrapped
+from ....samp_addon.frames import wrap_angle
 from .bank import POSE, Bank
 
 STRIPES = 16  # candidates of each walker: the best frame of each part of the bank
@@ -68,7 +68,7 @@ class Search:
         """Cost (W, K) of coming near to obstacles after candidates (W, K)."""
         bank = self.bank
         source = bank.flat[frames]
-        turn = wrapped(flat[:, 2:] - source[..., 2])
+        turn = wrap_angle(flat[:, 2:] - source[..., 2])
         c, s = np.cos(turn), np.sin(turn)
         total = np.zeros(frames.shape)
         for ahead in LOOK:
