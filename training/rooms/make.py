@@ -1,8 +1,8 @@
-"""Makes the corpus of furnished rooms with people in them.
+"""Generate the corpus of furnished rooms with people in them.
 
 python -m samp_blender.training.rooms.make --rooms 300 --seed 0 --output cache/rooms --mocap FOLDER --furniture FOLDER
 
-Begun again after it was stopped, it goes on where it was. The same seed gives the same corpus.
+An interrupted run continues where it stopped. The result depends on the seed only.
 """
 
 from __future__ import annotations

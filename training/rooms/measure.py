@@ -53,7 +53,7 @@ def jerk(motion: Motion) -> float:
 
 
 class Hard:
-    """What is hard in a room, asked how deep bodies and it are in each other."""
+    """The hard objects of a room, for penetration in both directions."""
 
     def __init__(self, data: store.RoomData) -> None:
         room = data.room

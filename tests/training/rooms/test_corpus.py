@@ -8,7 +8,7 @@ UNIT = store.QUATERNION
 
 
 def motion(frames=200, speed=0.5):
-    """Arrays of one episode of somebody who glides along Z at a speed in m/s."""
+    """Arrays of one episode of a body that glides along Z at a speed in m/s."""
     rotations = np.zeros((frames, 22, 4), np.int16)
     rotations[..., 0] = UNIT
     root = np.zeros((frames, 3), np.float32)

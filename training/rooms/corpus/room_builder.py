@@ -1,14 +1,16 @@
-"""What is made for one room, stage by stage: layout, motion, point cloud, pictures."""
+"""The stages of one room: layout, point cloud, motion, pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ....samp_addon import skeleton
 from ....samp_addon.scene import geometry
-from ..episodes import generation
+from ..episodes import bodies, generation
 from ..episodes.bank import LABELS, Bank
 from ..episodes.scene import Scene
 from ..episodes.search import Search
@@ -18,12 +20,12 @@ from . import store, views
 
 POINTS = 20_000  # of a room's cloud
 TRIES = 6  # layouts tried for one room
-FEWEST_ENTRIES = 6  # uses that one can enter in a room that people live in
+FEWEST_ENTRIES = 6  # accessible uses of a layout that is accepted at once
 
 
 @dataclass
 class RoomBuilder:
-    """What all rooms are made with. stocks: by split. uses: None where nobody sits."""
+    """Resources shared by all rooms. stocks: by split. uses: sits and lies, or None to omit them."""
 
     cache: Path
     seed: int
@@ -34,7 +36,7 @@ class RoomBuilder:
     episodes: int
 
     def make(self, number: int, split: str, pictures: int) -> dict:
-        """All room_builder of a room that are not there yet; returns what the manifest says of it."""
+        """Build the missing stages of a room; return its entry of the manifest."""
         folder = store.room_folder(self.cache, number)
         if not store.has_stage(folder, "layout"):
             self._layout(folder, number, split)
@@ -55,7 +57,7 @@ class RoomBuilder:
         }  # fmt: skip
 
     def _layout(self, folder: Path, number: int, split: str) -> None:
-        """The first of some layouts in which enough can be sat on, or the best of them."""
+        """Write the first layout with enough accessible uses, or the best of TRIES."""
         kind = list(kinds.KINDS)[number % len(kinds.KINDS)]
         best, most = None, -1
         for attempt in range(TRIES):
@@ -89,18 +91,24 @@ class RoomBuilder:
 
 
 def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
-    """The arrays of a room's motion; frames of all episodes in a row."""
-    cat = lambda f: np.concatenate([f(e) for e in made])
+    """Return the arrays of a room's motion; the frames of all episodes are concatenated."""
+
+    def every(frames: Callable[[generation.Episode], np.ndarray], kind: type, *shape: int) -> np.ndarray:
+        parts = [np.asarray(frames(e)).astype(kind) for e in made]
+        return np.concatenate([np.zeros((0, *shape), kind), *parts])
+
     return {
-        "bounds": np.concatenate([[0], np.cumsum([len(e.piece) for e in made])]).astype(np.int32),
-        "shapes": np.array([e.build.shape for e in made], np.float32),
-        "root": cat(lambda e: e.piece.root).astype(np.float32),
-        "rotations": np.round(cat(lambda e: e.piece.rotations) * store.QUATERNION).astype(np.int16),
-        "labels": cat(lambda e: e.piece.labels),
-        "contacts": np.round(cat(lambda e: generation.contacts(e.piece))).astype(np.uint8),
-        "objects": cat(lambda e: e.piece.object).astype(np.int16),
-        "source": cat(lambda e: e.piece.source).astype(np.int32),
-        "captured": cat(lambda e: e.captured),
+        "bounds": np.cumsum([0, *(len(e.piece) for e in made)]).astype(np.int32),
+        "shapes": every(lambda e: e.build.shape[None], np.float32, len(bodies.SHAPES)),
+        "root": every(lambda e: e.piece.root, np.float32, 3),
+        "rotations": every(
+            lambda e: np.round(e.piece.rotations * store.QUATERNION), np.int16, skeleton.BODY_COUNT, 4
+        ),
+        "labels": every(lambda e: e.piece.labels, np.uint8),
+        "contacts": every(lambda e: np.round(generation.contacts(e.piece)), np.uint8, 5),
+        "objects": every(lambda e: e.piece.object, np.int16),
+        "source": every(lambda e: e.piece.source, np.int32),
+        "captured": every(lambda e: e.captured, bool),
     }
 
 
@@ -112,7 +120,7 @@ def cloud(made: room.Room, seed: int) -> dict[str, np.ndarray]:
     triangles = made.triangles[face]
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-    # The outer sides of walls, floor and ceiling are nobody's business; openings are a little behind the wall.
+    # Outer sides of the shell cannot be seen from inside; doors and windows are recessed.
     inside = (
         (np.abs(points[:, [0, 2]]) < half + 0.1).all(-1)
         & (points[:, 1] > -0.02)

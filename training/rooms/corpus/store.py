@@ -49,7 +49,7 @@ def has_stage(folder: Path, stage: str) -> bool:
 
 
 def notes(folder: Path, stage: str) -> dict:
-    """What write_stage was told beside the arrays."""
+    """Return the notes that were written with a stage."""
     return json.loads((folder / stage / "notes.json").read_text())
 
 

@@ -69,6 +69,8 @@ def _starts(data: store.RoomData, count: int, rng: np.random.Generator) -> list[
     bounds = np.array(data.bounds)
     lengths = np.diff(bounds) - WINDOW
     fits = np.flatnonzero(lengths > 0)
+    if not len(fits):
+        return []
     chosen = rng.choice(fits, count, p=lengths[fits] / lengths[fits].sum())
     return [(int(e), int(rng.integers(0, lengths[e] + 1))) for e in chosen]
 

@@ -1,1 +1,1 @@
-"""Episodes: people who walk about a room, stand, sit and lie, composed from captured clips along navmesh paths."""
+"""Episodes of walking, standing, sitting and lying, composed from captured clips along navmesh paths."""

@@ -150,7 +150,7 @@ def _runs_on(flags: np.ndarray) -> np.ndarray:
 
 
 def _wanders(flat: np.ndarray) -> np.ndarray:
-    """Flags (T,) of frames in which the smoothed root moves faster than somebody who only shifts."""
+    """Return flags (T,) of frames in which the smoothed root moves faster than in shifting weight."""
     speed = np.linalg.norm(np.gradient(flat[:, :2], 1 / FPS, axis=0), axis=-1)
     return speed > 0.22
 

@@ -139,8 +139,7 @@ class EpisodeComposer:
     def _use(self, placed: PlacedUse) -> Generator[Request, Walk, bool]:
         """Walk to a use and append it; return whether the episode ends there."""
         use = placed.use
-        entry = max(0, use.down - 50)
-        walk = yield from self._walk(placed.flat[entry, :2], float(placed.flat[entry, 2]))
+        walk = yield from self._walk(placed.flat[0, :2], float(placed.flat[0, 2]))
         frame, into = self._meeting(walk, placed)
         flat = _led_to(walk.flat[: frame + 1], placed.flat[into])
         self._add_walk(walk, flat)

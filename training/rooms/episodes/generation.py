@@ -128,7 +128,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
 
 
 def _captured(bank: Bank, piece: Piece) -> np.ndarray:
-    """Flags (T,): legs and trunk are as in the captured frame; root and heading are not asked about."""
+    """Return flags (T,): legs and trunk as in the captured frame, regardless of root and heading."""
     source = np.maximum(piece.source, 0)
     dots = np.abs((piece.rotations[:, LEGS_TRUNK] * bank.rotations[source][:, LEGS_TRUNK]).sum(-1))
     angle = 2 * np.arccos(np.clip(dots, 0, 1))

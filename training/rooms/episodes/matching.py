@@ -18,7 +18,7 @@ from .search import Clearance, Search
 
 PLAY = 10  # frames that are played before the next search
 GAIN, BRAKE = 1.6, 1.0  # m/s^2, of setting off and of coming to a stand
-SPIN = 2.6  # rad/s, the quickest turn that is asked for
+SPIN = 2.6  # rad/s, largest turning rate of the desired trajectory
 TURN_LIMIT, SHIFT_LIMIT = 0.14, 0.03  # radians, metres by which one piece is bent and moved towards the route
 NEAR_END = 0.35  # metres before the end in which the body turns to its last facing
 ARRIVED, STILL, FACED = 0.12, 0.25, np.radians(22)  # metres, m/s, radians

@@ -1,4 +1,4 @@
-"""A room as episodes see it: where one can walk, stand, and sit, and what is in the route."""
+"""A room prepared for composing episodes: navmesh, clearance, placed uses, collision queries."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..layout.stock import Item
 from .bank import flat_root
 from .uses import Use, Uses
 
-RADIUS, HEIGHT = 0.26, 1.75  # metres of a person who walks
+RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
 FAR = 0.3  # metres beyond which nothing is in the route
 STEP = 4  # frames between two that are looked at
@@ -80,7 +80,7 @@ class Scene:
 
     @cached_property
     def surface(self) -> tuple[cKDTree, np.ndarray]:
-        """Samples of all that one can bump into, and the object of each."""
+        """Surface samples of all obstacles, and the object of each."""
         room = self.room
         floor = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
         chosen = ~floor & (room.triangles[..., 1].min(1) < 1.9)
@@ -116,7 +116,7 @@ class Scene:
         return found
 
     def _open(self, placed: PlacedUse) -> bool:
-        """Whether nothing else is in the route of a use, and one can get there and away."""
+        """Whether a use is free of other objects, and its ends are reachable."""
         depth = self.depth(placed.root, placed.rotations, placed.item)
         if (depth > DEEP).any():
             return False
@@ -157,7 +157,7 @@ class Scene:
         except PathError:
             return None
         corners = found.waypoints[:, [0, 2]]
-        # The ends lie where they were asked for, not on the mesh.
+        # Keep the requested ends, which may lie beside the mesh.
         if np.linalg.norm(corners[0] - start) > 0.02:
             corners = np.concatenate([start[None], corners])
         if np.linalg.norm(corners[-1] - goal) > 0.02:

@@ -29,7 +29,7 @@ from ...mocap.events import SitEvent, headings, label_runs, sit_events, turned
 from ..layout.stock import Item
 from .bank import LABELS
 
-BEFORE, AFTER = 75, 20  # frames kept of the approach and after standing up
+BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
 MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
 GOALS = 3  # places on a piece
 TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured pieces tried for each place
@@ -206,8 +206,10 @@ def _sitting(clip: Clip, offset: int, seated: int, seat_end: int, up_end: int) -
 
 
 def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int, skip: int) -> tuple[Use | None, int]:
-    """A captured stretch on a seat, or None where it and the piece are in each other's route; and how many of FORWARD
-    need not be tried the next time. skip: how many need not be tried now."""
+    """Carry a captured stretch to a seat; return the use, None where it does not fit, and the next ``skip``.
+
+    skip: number of leading entries of FORWARD that failed for an earlier stretch at this seat.
+    """
     start = max(0, s.down - BEFORE) if s.down >= 0 else s.seated
     # What lies before belongs to the sit before it.
     earlier = np.flatnonzero(np.isin(s.clip.labels[start : max(s.down, start)], ("sit", "stand_up")))

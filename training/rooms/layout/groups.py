@@ -103,7 +103,7 @@ def table_group(
     plan: Plan, stock: Stock, tables: tuple[str, ...], seats: tuple[str, ...], most: int, centre: bool = False,
     seat: Item | None = None,
 ) -> Placed | None:  # fmt: skip
-    """A table with seats about it, most of them pulled out so far that one can sit down."""
+    """Place a table with seats around it, most of them pulled out far enough to be sat on."""
     rng = plan.rng
     width, depth, _ = plan.shell.size
     item = stock.pick(rng, *tables, most=0.6 * max(width, depth))

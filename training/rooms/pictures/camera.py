@@ -82,7 +82,7 @@ def draw(
         fits = np.flatnonzero((far > 1.6) & (far < 6.5))
         if not len(fits):
             return None
-        # Farther places are likelier: people want the room in the picture.
+        # Distant places show more of the room.
         place = free[rng.choice(fits, p=far[fits] / far[fits].sum())]
         eye = rng.uniform(HEIGHTS[0], min(HEIGHTS[1], height - 0.25))
         position = np.array([place[0], eye, place[1]])

@@ -14,7 +14,7 @@ from .tracer import NUDGE, Body, Hits, Tracer
 AROUND = 6  # rays a pixel for the light from all around
 SOFT = 0.08  # metres, radius of a lamp
 SUN_BLUR = 0.008  # radians
-FAR_LAMP = 1.0  # metres at which a lamp's power is told
+FAR_LAMP = 1.0  # metres at which the colour of a lamp is its irradiance
 
 
 @dataclass
