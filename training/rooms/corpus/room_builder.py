@@ -83,11 +83,16 @@ class RoomBuilder:
         )
         store.write_stage(folder, "motion", motion_arrays(made), {
             "episodes": len(made), "frames": sum(len(e.piece) for e in made),
-            "captured": float(np.concatenate([e.captured for e in made]).mean()) if made else 0.0,
+            "captured": _share(made, 1), "captured_after_ik": _share(made, 2),
             "sits": sum(int((np.diff((e.piece.labels == LABELS.index("sit")).astype(int)) == 1).sum()) for e in made),
             "lies": sum(int((np.diff((e.piece.labels == LABELS.index("lie")).astype(int)) == 1).sum()) for e in made),
             "report": dict(report),
         })  # fmt: skip
+
+
+def _share(made: list[generation.Episode], level: int) -> float:
+    """Return the share of frames whose ``captured`` is at least ``level``."""
+    return float(np.concatenate([e.captured >= level for e in made]).mean()) if made else 0.0
 
 
 def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
@@ -108,7 +113,7 @@ def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
         "contacts": every(lambda e: np.round(generation.contacts(e.piece)), np.uint8, 5),
         "objects": every(lambda e: e.piece.object, np.int16),
         "source": every(lambda e: e.piece.source, np.int32),
-        "captured": every(lambda e: e.captured, bool),
+        "captured": every(lambda e: e.captured, np.uint8),
     }
 
 

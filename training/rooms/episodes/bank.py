@@ -63,7 +63,7 @@ class Bank:
     ahead: np.ndarray
     still: np.ndarray
 
-    def route(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
+    def trajectory(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
         """Scaled features (K, 12) of a wanted route: places (K, 3, 2) left and ahead of the root, facing (K, 3)
         radians."""
         direction = np.stack([np.sin(facing), np.cos(facing)], -1)

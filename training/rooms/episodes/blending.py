@@ -11,7 +11,7 @@ from ....samp_addon.motion import Motion
 from ....samp_addon.refine.feet.foot_lock import lock_feet
 from .bank import Bank
 
-DECAY = 0.24  # 1/frame of the critically damped blend: half of a difference is gone after 7 frames
+DECAY = 0.36  # 1/frame of the critically damped blend: half of an offset has decayed after 5 frames
 FADE = 32  # frames after which nothing is left of it
 LEAD = 2  # frames of a piece before its first one, which tell how it comes in
 

@@ -28,8 +28,11 @@ _OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down"
 
 @dataclass(frozen=True)
 class Episode:
-    """A finished episode. piece: the motion on its own body. captured: (T,) whether legs and trunk are within
-    AS_CAPTURED of a captured frame."""
+    """A finished episode.
+
+    piece: the motion on its own body. captured: (T,) 2 where legs and trunk are within AS_CAPTURED of a captured frame,
+    1 where they were before inverse kinematics locked the feet and fitted the legs to the body, 0 elsewhere.
+    """
 
     piece: Piece
     build: bodies.Build
@@ -109,6 +112,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
         whole = Piece(*(getattr(whole, name)[:longest] for name in Piece.__dataclass_fields__))
     if len(whole) < SECONDS[0] * FPS:
         return "too short"
+    as_captured = _captured(bank, whole)
     build = bodies.draw(rng)
     carried = bodies.carried(whole, build)
     contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
@@ -124,7 +128,8 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     finished = Piece(
         locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
     )
-    return Episode(finished, build, _captured(bank, finished))
+    levels = np.where(_captured(bank, finished), 2, as_captured.astype(int)).astype(np.uint8)
+    return Episode(finished, build, levels)
 
 
 def _captured(bank: Bank, piece: Piece) -> np.ndarray:

@@ -16,7 +16,7 @@ from .bank import AHEAD, Bank
 from .route import STEP, Route
 from .search import Clearance, Search
 
-PLAY = 10  # frames that are played before the next search
+PLAY = 12  # frames that are played before the next search
 GAIN, BRAKE = 1.6, 1.0  # m/s^2, of setting off and of coming to a stand
 SPIN = 2.6  # rad/s, largest turning rate of the desired trajectory
 TURN_LIMIT, SHIFT_LIMIT = 0.14, 0.03  # radians, metres by which one piece is bent and moved towards the route

@@ -169,7 +169,7 @@ class Plan:
         return None
 
     def on_top(self, below: Placed, item: Item, place: tuple[float, float], yaw: float) -> Placed | None:
-        """Place an item on top of another, at (x, z) in the frame of the lower one; None where it does not rest fully."""
+        """Place an item on another, at (x, z) in the frame of the lower one; None where it does not rest fully."""
         y = below.item.top(*place)
         x, z = below.at(*place)
         if not np.isfinite(y) or y < 0.25:
