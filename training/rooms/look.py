@@ -53,7 +53,7 @@ class Stage:
         self, seat: int, frame: int, size: tuple[int, int] = camera.SIZE, samples: int = 2
     ) -> shading.Picture:
         """The picture of a frame from one of the views."""
-        skin = human.skin(self.body, self.motion.posed(slice(frame, frame + 1)))[0]
+        skin = human.skin(self.body, self.motion.pose_slice(slice(frame, frame + 1)))[0]
         body = tracer.Body(skin, *views.faces())
         seen = self.above if seat == 4 else self.tracer
         return shading.picture(seen, self.view(seat), self.paints, self.light, body, self.rng, size, samples)

@@ -171,7 +171,7 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
         if hard[0] != number:
             hard = number, Hard(data)
         motion, body = data.motion(episode), data.body(episode)
-        few = motion.posed(slice(None, None, STRIDE))
+        few = motion.pose_slice(slice(None, None, STRIDE))
         deep.append(max(hard[1].skin_depth(few, body).max(), hard[1].surface_depth(few, body).max()))
         first, last = (int(v) for v in data.bounds[episode : episode + 2])
         labels = data.array("motion", "labels")[first:last]
