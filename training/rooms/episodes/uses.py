@@ -116,15 +116,15 @@ class Composed:
         seed = int.from_bytes(hashlib.sha256(item.name.encode()).digest()[:4], "little")
         rng = np.random.default_rng(seed)
         surface, _ = geometry.sample_surface(item.triangles, 5000, seed=0)
-        support = seats.map_of(item.triangles, floor_height=0.0)
-        found = seats.seats_on(support, "sit", 12)
+        support = seats.support_map(item.triangles, floor_height=0.0)
+        found = seats.seats_on_map(support, "sit", 12)
         worth = [s.goal for s in found if s.score >= WORTH * found[0].score][:GOALS]
         piece = Furnishing(0, surface, worth)
         uses: list[Use] = []
         for place, goal in enumerate(worth):
             for kind, tries in TRIES.items():
                 uses += self._sits(kind, piece, goal, place, tries, rng)
-        lying = [s.goal for s in seats.seats_on(support, "lie", 8)]
+        lying = [s.goal for s in seats.seats_on_map(support, "lie", 8)]
         if lying:
             uses += self._lies(Furnishing(0, surface, lying), len(worth), seed)
         return uses
