@@ -12,7 +12,7 @@ import numpy as np
 from ...composition.sequence import Sequence
 from ...composition.stitch import WalkIndex
 from ...fitting.lies import FittedLies
-from ...fitting.pieces import FittingPiece
+from ...fitting.shapes.pieces import FittingPiece
 from ...fitting.sits import FittedComposer
 from ...mocap.events import SitEvent
 from ..layout.stock import Item
