@@ -81,7 +81,11 @@ def _supine(clip: Clip) -> np.ndarray:
 
 
 def _feet_kept(
-    clip: Clip, places: dict[str, np.ndarray], feet: dict[str, np.ndarray], lying: np.ndarray, busy: np.ndarray
+    clip: Clip,
+    places: dict[str, np.ndarray],
+    feet: dict[str, np.ndarray],
+    lying: np.ndarray,
+    busy: np.ndarray,
 ) -> Clip:
     """Feet on the floor where they were, while the body still sits on the edge."""
     now, _ = posing.ankles(clip.root, clip.rotations)
@@ -151,12 +155,14 @@ def _foot_on(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, giv
 def _arm_out(clip: Clip, rows: np.ndarray, top: Mattress, give: float, side: str) -> Clip:
     """An arm out of the top: elbow first, then hand."""
     for upper, lower in (("shoulder", "elbow"), ("elbow", "wrist")):
-        part = probes.named(f"{side}_{upper}", f"{side}_{lower}") if upper == "shoulder" else probes.hand(side)
+        part = (
+            probes.named(f"{side}_{upper}", f"{side}_{lower}") if upper == "shoulder" else probes.hand(side)
+        )
         gap = _gap(clip, rows, part, top, 3)
         inside = np.where(gap > -0.2, np.maximum(-gap - give, 0.0), 0.0)
         if inside.max() < 2e-3:
             continue
-        up = early(_every(inside, rows, len(clip)), 5, 2.0)
+        up = 1.1 * early(_every(inside, rows, len(clip)), 7, 2.0)
         positions, turned = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
         a, b = skeleton.INDEX[f"{side}_{upper}"], skeleton.INDEX[f"{side}_{lower}"]
         bone = positions[:, b] - positions[:, a]

@@ -14,7 +14,7 @@ from ..mocap import Clip
 from ..motion.checks import fault
 from ..motion.events import SitEvent, turned
 from ..motion.lies import LieComposer
-from ..motion.recline import Recline
+from ..motion.recline import LEGS, Recline
 from ..motion.sequence import Sequence
 from ..motion.sits import Furnishing
 from .lie_fit import Mattress, settled
@@ -24,7 +24,21 @@ from .sit_fit import DEEPEST, group
 
 BUSY = ("lie_down", "lie", "get_up", "sit", "sit_down", "stand_up")
 STRIDE = 3
+BENT = {"111_12": (64, 96), "113_08": (32,)}
+"""Frames of the captured reclines from which legs may stay as they are: both knees up, or one."""
 OFTEN = 0.004  # share of the looked-at frames that may be deeper
+
+
+def with_bent_legs(reclines: list[Recline]) -> list[Recline]:
+    """The reclines, and those whose legs stay bent once the back lies."""
+    found = list(reclines)
+    for recline in reclines:
+        name = recline.clip.name.removesuffix("_mirror")
+        for frame in BENT.get(name, ()):
+            rotations = recline.clip.rotations.copy()
+            rotations[frame:, LEGS] = rotations[frame, LEGS]
+            found.append(Recline(replace(recline.clip, rotations=rotations), max(recline.still, frame)))
+    return found
 
 
 class FittedLies:
@@ -40,7 +54,7 @@ class FittedLies:
     ) -> None:
         self.pieces = {piece.index: piece for piece in pieces}
         places = [Furnishing(p.index, p.surface[::8], p.beds) for p in pieces if p.beds]
-        self.composer = LieComposer(places, events, reclines, approach, seed)
+        self.composer = LieComposer(places, events, with_bent_legs(reclines), approach, seed)
         self.report: Counter[str] = Counter()
         self.owed: list[Owed] = []
 

@@ -15,11 +15,13 @@ from ..mocap import Clip
 from ..motion import natural
 from ..motion.events import SitEvent, sit_events
 from ..motion.posture import neutralised
+from ..motion.recline import reclines
 from ..motion.sequence import Sequence, save
 from ..motion.stitch import WalkIndex
 from ..sets import seated, sources
 from . import pieces as furnishing
 from .kept import keep, kept
+from .lies import FittedLies
 from .provenance import total
 from .sits import FittedComposer
 
@@ -49,7 +51,7 @@ def main() -> None:
     parser.add_argument("--kept", type=Path, help="folder for what is slow to make and the same in every run")
     options = parser.parse_args()
     began = time.time()
-    _, walks, events = kept(
+    clips, walks, events = kept(
         options.kept, "captured", lambda: captured(options.mocap, options.chains, options.seed)
     )
     pieces = kept(
@@ -76,6 +78,11 @@ def main() -> None:
                 )
         keep(options.kept, "pieces", pieces)
         keep(options.kept, "fitted", (sequences, composer.fitted, composer.owed, composer.report))
+    lying = FittedLies(pieces, events, reclines(clips), composer.captured.approach, options.seed)
+    made = [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
+    save(options.output, sequences + made, grids, mirrored=True)
+    print(f"lies: {len(made)}, {_since(began)}", dict(lying.composer.report), dict(lying.report))
+    print("lies as captured or composed:", total(lying.owed))
     minutes = sum(len(s) for s in sequences) / 1800
     print(f"sit: {len(sequences)} sequences, {minutes:.1f} minutes")
     print("\n".join(f"{n} {why}" for why, n in composer.report.most_common()))

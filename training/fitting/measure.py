@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...samp_addon import rotation, skeleton
+from ...samp_addon import rotation
 from ...samp_addon.evaluation import feet, metrics
 from ...samp_addon.motion import Motion
 from . import hold as holds
@@ -95,7 +95,7 @@ def measured(taken: Taken, piece: FittingPiece) -> dict[str, float]:
             "pelvis over seat": float(np.median(root[:, 1]) - surface.level),
             "back gap": float(np.median(gap)) if surface.backed else np.nan,
             "lean": float(np.degrees(np.median(posing.trunk_lean(root, turns, ahead)))),
-            "knee": float(np.median(knees(root, turns))),
+            "knee": float(np.median(posing.knees(root, turns))),
             "hand on furniture": float(taken.hands[hold].max(1).mean()),
         }
     motion = Motion(taken.root, taken.rotations)
@@ -104,18 +104,6 @@ def measured(taken: Taken, piece: FittingPiece) -> dict[str, float]:
         "stance slide": feet.measures(motion)["stance_slide_cm_s"] or np.nan,
         "give": piece.give,
     }
-
-
-def knees(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Flexion (T, 2) of both knees, degrees."""
-    joints, _ = skeleton.forward_kinematics(root, rotations, posing.REST)
-    angles = []
-    for side in ("left", "right"):
-        hip, knee, ankle = (joints[:, skeleton.INDEX[f"{side}_{n}"]] for n in ("hip", "knee", "ankle"))
-        a, b = knee - hip, ankle - knee
-        cosine = (a * b).sum(-1) / (np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1))
-        angles.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-    return np.stack(angles, -1)
 
 
 def main() -> None:

@@ -93,3 +93,15 @@ def trunk_lean(root: np.ndarray, rotations: np.ndarray, facing: np.ndarray) -> n
     hips = positions[:, [1, 2]].mean(1)
     up = positions[:, skeleton.INDEX["neck"]] - hips
     return np.arctan2(-(up * facing).sum(-1), up[:, 1])
+
+
+def knees(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Flexion (T, 2) of both knees, degrees."""
+    joints, _ = skeleton.forward_kinematics(root, rotations, REST)
+    angles = []
+    for side in ("left", "right"):
+        hip, knee, ankle = (joints[:, skeleton.INDEX[f"{side}_{n}"]] for n in ("hip", "knee", "ankle"))
+        a, b = knee - hip, ankle - knee
+        cosine = (a * b).sum(-1) / (np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1))
+        angles.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return np.stack(angles, -1)

@@ -20,8 +20,10 @@ DEEPEST = 0.02  # metres that a body and hard furniture may be in each other
 MOST_BACK = 0.30  # metres by which a pelvis goes farther back than it was captured to
 STEP_BACK = 0.03
 SHANK_CLEAR = 0.004  # metres that a shin may be in a piece before its last corrections
+LEAST_BENT = 48.0  # degrees of the knees in the hold, median
 OFF_REST = 0.03  # metres from the rest at which a back still leans on it
-STRIDE = 4  # frames between two that are checked
+STRIDE = 2  # frames between two that are checked
+ON_THE_WAY = 4  # the same, of the walk to the seat and from it
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,8 @@ def fit(
     if lean - found.pelvis - found.spine > holds.MOST_LEAN:
         raise Unfit("leans too far")
     made = spread(clip, phases, found, at, surface, field.give)
+    if np.median(posing.knees(made.root[phases.hold], made.rotations[phases.hold])) < LEAST_BENT:
+        raise Unfit("legs stretched")
     made, hands = settled_hands(clip, made, phases, surface, field, rng)
     check(made, phases, surface, field)
     return Fitted(made, found, float(clip.root[at, 2] - found.depth), hands)
@@ -123,24 +127,24 @@ def free_way(
     """Raises Unfit where the way to the seat, or from it, runs into the piece. until: only frames before it."""
     frames = np.arange(len(clip))
     away = (frames < phases.down - 12) | (frames > phases.up_end + 12) if until is None else frames < until
-    rows = _close(clip, surface, field, away)
+    rows = _close(clip, surface, field, away, ON_THE_WAY)
     if len(rows):
         skin = probes.skinned(clip.root[rows], clip.rotations[rows])[:, ::2]
         if field.skin_depth(surface.frame.to_piece(skin)).max() > DEEPEST:
             raise Unfit("runs into it")
 
 
-def _close(clip: Clip, surface: SeatSurface, field: PieceField, some: np.ndarray) -> np.ndarray:
-    """Every STRIDE-th frame of some (T,) in which the body may touch the piece."""
+def _close(clip: Clip, surface: SeatSurface, field: PieceField, some: np.ndarray, stride: int) -> np.ndarray:
+    """Every stride-th frame of some (T,) in which the body may touch the piece."""
     low, high = field.field.triangles.min((0, 1)), field.field.triangles.max((0, 1))
     at = surface.frame.to_piece(clip.root)
     near = ((at > low - 0.8) & (at < high + 0.8))[:, [0, 2]].all(1)
-    return np.flatnonzero(near & some)[::STRIDE]
+    return np.flatnonzero(near & some)[::stride]
 
 
 def check(clip: Clip, phases: Phases, surface: SeatSurface, field: PieceField) -> None:
     """Raises Unfit where body and piece are in each other."""
-    rows = _close(clip, surface, field, np.ones(len(clip), bool))
+    rows = _close(clip, surface, field, np.ones(len(clip), bool), STRIDE)
     if not len(rows):
         return
     at, rotations = in_piece(clip, surface, rows)
