@@ -6,10 +6,15 @@ from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.postures import SEAT_TO_PELVIS
-from samp_blender.training.fitting import hold, posing, probes, provenance, sit_fit, spreading, surfaces
-from samp_blender.training.fitting.depth import PieceField
+from samp_blender.training.fitting import hold, measure, provenance, sit_fit, spreading
 from samp_blender.training.fitting.lie_fit import Mattress
+from samp_blender.training.fitting.shapes import posing, probes, surfaces
+from samp_blender.training.fitting.shapes.depth import PieceField
+from samp_blender.training.fitting.shapes.pieces import FittingPiece
+from samp_blender.training.fitting.sits import FittedComposer
 from samp_blender.training.mocap import Clip
+from samp_blender.training.motion.events import SitEvent
+from samp_blender.training.motion.stitch import WalkIndex
 from test_samp import box
 
 LEVEL = 0.45
@@ -131,3 +136,37 @@ def test_a_mattress_is_its_top():
     over = top.over(np.array([[0.0, 0.7, 0.3], [0.0, 0.7, -0.8], [2.0, 0.7, 0.0]]))
     np.testing.assert_allclose(over[:2], [0.2, 0.1], atol=0.015)
     assert over[2] > 1
+
+
+def test_a_sequence_has_its_goal_where_the_pelvis_rests():
+    clip, _ = sitting_down()
+    legs = np.concatenate(
+        [
+            box((x - 0.02, 0, z - 0.02), (x + 0.02, LEVEL - 0.04, z + 0.02))
+            for x in (-0.2, 0.2)
+            for z in (-0.2, 0.2)
+        ]
+    )
+    piece = FittingPiece(7, "chair", "made", np.concatenate([CHAIR, legs]))
+    event = SitEvent(clip, 0, 30, 50, COUNT - 1, COUNT - 1, COUNT - 1, clip.root[-1], 0.0)
+    walk = Clip(
+        "01_01", clip.root[:31], clip.rotations[:31], np.array(["walk"] * 31), clip.feet[:31], clip.bad[:31]
+    )
+    composer = FittedComposer([piece], WalkIndex([walk]), seed=0)
+    made = [sequence for _ in range(6) for sequence in composer.compose(event)]
+    assert made, composer.report
+    for sequence in made:
+        assert sequence.piece == 7
+        assert len(sequence) == len(sequence.goal) == len(sequence.labels)
+        np.testing.assert_allclose(sequence.goal[-1, :3], np.median(sequence.root[-30:], axis=0), atol=0.02)
+        surface = measure.surface_under(as_taken(sequence), piece)
+        over, _ = hold.seat_gap(sequence.root[-1:], sequence.rotations[-1:], surface)
+        assert abs(over[0]) < 0.01
+
+
+def as_taken(sequence):
+    """A sequence as measure.sequences reads it from a file."""
+    return measure.Taken(
+        sequence.kind, sequence.piece, np.array(sequence.placement), sequence.root, sequence.rotations,
+        sequence.contacts()[:, 0], sequence.contacts()[:, 1:3], sequence.goal, sequence.goal_action,
+    )  # fmt: skip

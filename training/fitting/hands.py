@@ -11,10 +11,10 @@ from ...samp_addon import rotation, skeleton
 from ...samp_addon.easing import smoothstep
 from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ..mocap import Clip
-from . import posing, probes
-from .depth import PieceField
+from .shapes import posing, probes
+from .shapes.depth import PieceField
+from .shapes.surfaces import SeatSurface
 from .spreading import Phases, resting, sinking
-from .surfaces import SeatSurface
 
 ON_THIGH = (
     0.14,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import posing, probes
-from .surfaces import NOTHING, SeatSurface
+from .shapes import posing, probes
+from .shapes.surfaces import NOTHING, SeatSurface
 
 MODES = ("leaning", "upright", "perching")
 BUTTOCK = 0.13  # metres from the pelvis joint back to the rear of the buttocks

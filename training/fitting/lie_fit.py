@@ -11,7 +11,7 @@ from ...samp_addon import rotation, skeleton
 from ...samp_addon.easing import early, smoothstep
 from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ..mocap import Clip
-from . import posing, probes
+from .shapes import posing, probes
 
 CELL = 0.02
 TOP = 0.26  # metres over the mattress up to which something is lain on: pillows, not boards

@@ -18,8 +18,8 @@ from ..motion.recline import LEGS, Recline
 from ..motion.sequence import Sequence
 from ..motion.sits import Furnishing
 from .lie_fit import Mattress, settled
-from .pieces import FittingPiece
 from .provenance import Owed, owed
+from .shapes.pieces import FittingPiece
 from .sit_fit import DEEPEST, group
 
 BUSY = ("lie_down", "lie", "get_up", "sit", "sit_down", "stand_up")

@@ -19,10 +19,10 @@ from ..motion.recline import reclines
 from ..motion.sequence import Sequence, save
 from ..motion.stitch import WalkIndex
 from ..sets import seated, sources
-from . import pieces as furnishing
-from .kept import keep, kept
 from .lies import FittedLies
 from .provenance import total
+from .shapes import pieces as furnishing
+from .shapes.kept import keep, kept
 from .sits import FittedComposer
 
 SELDOM = 2  # Rocketbox's chained sits, several for each captured one, are tried every so many rounds

@@ -16,12 +16,12 @@ from ...samp_addon import rotation
 from ...samp_addon.evaluation import feet, metrics
 from ...samp_addon.motion import Motion
 from . import hold as holds
-from . import pieces as furnishing
-from . import posing
-from .kept import kept
-from .pieces import FittingPiece
+from .shapes import pieces as furnishing
+from .shapes import posing
+from .shapes.kept import kept
+from .shapes.pieces import FittingPiece
+from .shapes.surfaces import Frame, SeatSurface
 from .sit_fit import DEEPEST
-from .surfaces import Frame, SeatSurface
 
 LEANT = 0.03  # metres between back and rest within which a body leans
 TOUCHING = 0.01

@@ -13,9 +13,9 @@ import numpy as np
 from ...samp_addon import rotation
 from ...samp_addon.motion import Motion
 from ..look import look
-from . import pieces as furnishing
-from .kept import kept
 from .measure import sequences
+from .shapes import pieces as furnishing
+from .shapes.kept import kept
 
 BEFORE, AFTER = 30, 20  # frames shown before and after the action
 SIZE = (240, 240)

@@ -9,12 +9,12 @@ import numpy as np
 from ..mocap import Clip
 from ..motion.events import headings, turned
 from . import hold as holds
-from . import posing, probes
-from .depth import PieceField
 from .hands import settled_hands
 from .hold import Hold
+from .shapes import posing, probes
+from .shapes.depth import PieceField
+from .shapes.surfaces import SeatSurface
 from .spreading import Phases, spread
-from .surfaces import SeatSurface
 
 DEEPEST = 0.02  # metres that a body and hard furniture may be in each other
 MOST_BACK = 0.30  # metres by which a pelvis goes farther back than it was captured to

@@ -21,8 +21,8 @@ from ..motion.sits import SIDEWAYS, TURNS, Composer
 from ..motion.stitch import WalkIndex
 from ..motion.walks import by_way_point, way_points
 from . import sit_fit
-from .pieces import FittingPiece
 from .provenance import Owed, owed
+from .shapes.pieces import FittingPiece
 from .sit_fit import Fitted
 from .spreading import Phases
 

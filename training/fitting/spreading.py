@@ -11,9 +11,9 @@ from ...samp_addon import rotation
 from ...samp_addon.easing import early, smoothstep
 from ..mocap import Clip
 from . import hold as holds
-from . import posing
 from .hold import Hold
-from .surfaces import SeatSurface
+from .shapes import posing
+from .shapes.surfaces import SeatSurface
 
 HARDLY_LOWER = (
     0.2  # metres by which a seated pelvis is lower than a standing one, or the way down is told by time

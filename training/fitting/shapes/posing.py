@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...samp_addon import rotation, skeleton
-from ...samp_addon.refine.inverse_kinematics import solve_limb
+from ....samp_addon import rotation, skeleton
+from ....samp_addon.refine.inverse_kinematics import solve_limb
 
 REST = skeleton.default_rest_joints()
 SPINE = {"spine1": 0.4, "spine2": 0.35, "spine3": 0.25}

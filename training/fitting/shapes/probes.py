@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...samp_addon import skeleton
-from ...samp_addon.body import human
-from ...samp_addon.motion import Motion
-from ...samp_addon.scene.solids import Boxed, solid_cells
+from ....samp_addon import skeleton
+from ....samp_addon.body import human
+from ....samp_addon.motion import Motion
+from ....samp_addon.scene.solids import Boxed, solid_cells
 
 PITCH = 0.03
 DENSE = 0.016

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...samp_addon.motion import Goal
-from ...samp_addon.scene import geometry, seats
-from ...samp_addon.scene.voxels import InteractionGrid
-from .. import furniture
+from ....samp_addon.motion import Goal
+from ....samp_addon.scene import geometry, seats
+from ....samp_addon.scene.voxels import InteractionGrid
+from ... import furniture
 from .depth import PieceField
 from .surfaces import SeatSurface
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...samp_addon.scene.orientation import outward
-from ...samp_addon.scene.signed_distance import SignedDistance
-from ...samp_addon.scene.solids import Boxed, free_counts
+from ....samp_addon.scene.orientation import outward
+from ....samp_addon.scene.signed_distance import SignedDistance
+from ....samp_addon.scene.solids import Boxed, free_counts
 from . import probes
 
 WORTH_A_LOOK = 0.016  # metres of depth, told by the rest pose, from which the posed skin is asked
