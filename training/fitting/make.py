@@ -44,6 +44,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("cache/fitted.npz"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sits", type=int, default=8, help="sequences tried for each captured sit")
+    parser.add_argument("--lies", type=int, default=400, help="sequences of lying down tried")
     parser.add_argument(
         "--chains", type=int, default=4, help="chained sits for each of Rocketbox's sit-downs"
     )

@@ -16,8 +16,9 @@ from ...samp_addon import rotation
 from ...samp_addon.evaluation import feet, metrics
 from ...samp_addon.motion import Motion
 from . import hold as holds
+from . import lie_fit
 from .shapes import pieces as furnishing
-from .shapes import posing
+from .shapes import posing, probes
 from .shapes.kept import kept
 from .shapes.pieces import FittingPiece
 from .shapes.surfaces import Frame, SeatSurface
@@ -25,6 +26,12 @@ from .sit_fit import DEEPEST
 
 LEANT = 0.03  # metres between back and rest within which a body leans
 TOUCHING = 0.01
+AT_REST = 0.04  # metres from the goal within which a pelvis rests on it
+PARTS = {
+    "trunk": lie_fit.TRUNK,
+    "head": ("head",),
+    "feet": ("left_ankle", "right_ankle", "left_foot", "right_foot"),
+}
 
 
 @dataclass(frozen=True)
@@ -72,50 +79,82 @@ def surface_under(taken: Taken, piece: FittingPiece) -> SeatSurface:
 
 
 def measured(taken: Taken, piece: FittingPiece) -> dict[str, float]:
-    """The numbers of one sit, metres, degrees, seconds."""
-    surface = surface_under(taken, piece)
+    """The numbers of one sit or lie, metres, degrees, seconds."""
+    at, turned = in_piece(taken)
     low, high = piece.triangles.min((0, 1)), piece.triangles.max((0, 1))
-    at = surface.frame.to_piece(taken.root)
     rows = np.flatnonzero(((at > low - 0.8) & (at < high + 0.8))[:, [0, 2]].all(1))[::2]
-    turned = taken.rotations[rows].copy()
-    turned[:, 0] = rotation.multiply(rotation.about_y(surface.frame.yaw), turned[:, 0])
-    deep, _ = piece.field.deepest(at[rows], turned)
-    sits = np.flatnonzero(taken.pelvis > 0.9)
-    goal = taken.goal[taken.goal_action == 3][-1, :3]
-    hold = sits[np.linalg.norm(taken.root[sits] - goal, axis=-1) < 0.04][::3]
-    found = {"deepest": float(deep.max()), "frames deeper": float((deep > DEEPEST + piece.give).mean())}
-    if len(hold):
-        root, turns = taken.root[hold], taken.rotations[hold]
-        contact, nearest = holds.seat_gap(root, turns, surface)
-        gap = holds.back_gap(root, turns, surface)
-        ahead = np.array([0.0, 0.0, 1.0])
-        found |= {
-            "seat contact": float((nearest < TOUCHING).mean()),
-            "seat gap": float(np.median(contact)),
-            "pelvis over seat": float(np.median(root[:, 1]) - surface.level),
-            "back gap": float(np.median(gap)) if surface.backed else np.nan,
-            "lean": float(np.degrees(np.median(posing.trunk_lean(root, turns, ahead)))),
-            "knee": float(np.median(posing.knees(root, turns))),
-            "hand on furniture": float(taken.hands[hold].max(1).mean()),
-        }
+    deep, _ = piece.field.deepest(at[rows], turned[rows])
     motion = Motion(taken.root, taken.rotations)
-    return found | {
+    found = {
+        "deepest": float(deep.max()),
+        "frames deeper": float((deep > DEEPEST + piece.give).mean()),
         "jerk": metrics.jerk(motion),
         "stance slide": feet.measures(motion)["stance_slide_cm_s"] or np.nan,
         "give": piece.give,
     }
+    return found | (seated(taken, piece) if taken.kind == "sit" else lying(taken, piece))
+
+
+def in_piece(taken: Taken) -> tuple[np.ndarray, np.ndarray]:
+    """Root (T, 3) and rotations (T, 22, 4) in the frame of the sequence's piece."""
+    x, z, yaw = taken.placement
+    turn = rotation.about_y(-yaw)
+    rotations = taken.rotations.copy()
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    return (taken.root - [x, 0.0, z]) @ rotation.quaternion_to_matrix(turn).T, rotations
+
+
+def held(taken: Taken, action: int) -> np.ndarray:
+    """Every third frame in which the pelvis rests on its goal."""
+    rests = np.flatnonzero(taken.pelvis > 0.9)
+    goal = taken.goal[taken.goal_action == action][-1, :3]
+    return rests[np.linalg.norm(taken.root[rests] - goal, axis=-1) < AT_REST][::3]
+
+
+def seated(taken: Taken, piece: FittingPiece) -> dict[str, float]:
+    """Contacts and posture in the hold of a sit."""
+    hold = held(taken, 3)
+    if not len(hold):
+        return {}
+    surface = surface_under(taken, piece)
+    root, turns = taken.root[hold], taken.rotations[hold]
+    contact, nearest = holds.seat_gap(root, turns, surface)
+    ahead = np.array([0.0, 0.0, 1.0])
+    return {
+        "seat contact": float((nearest < TOUCHING).mean()),
+        "seat gap": float(np.median(contact)),
+        "pelvis over seat": float(np.median(root[:, 1]) - surface.level),
+        "back gap": float(np.median(holds.back_gap(root, turns, surface))) if surface.backed else np.nan,
+        "lean": float(np.degrees(np.median(posing.trunk_lean(root, turns, ahead)))),
+        "knee": float(np.median(posing.knees(root, turns))),
+        "hand on furniture": float(taken.hands[hold].max(1).mean()),
+    }
+
+
+def lying(taken: Taken, piece: FittingPiece) -> dict[str, float]:
+    """Contacts in the hold of a lie: distances of trunk, head and feet from what is under them."""
+    hold = held(taken, 4)
+    if not len(hold):
+        return {}
+    root, turns = (part[hold] for part in in_piece(taken))
+    found = {"knee": float(np.median(posing.knees(root, turns)))}
+    for name, joints in PARTS.items():
+        skin = probes.skinned(root, turns, probes.named(*joints))
+        found[f"{name} gap"] = float(np.median(np.sort(piece.field.distance(skin), 1)[:, :6].mean(1)))
+    return found
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--furniture", type=Path)
+    parser.add_argument("--kind", choices=("sit", "lie"), default="sit")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--most", type=int, default=80, help="sits measured, drawn at random")
     parser.add_argument("--kept", type=Path, help="as of fitting.make")
     options = parser.parse_args()
     pieces = kept(options.kept, "pieces", lambda: furnishing.collect(options.furniture, options.seed))
-    sits = [s for s in sequences(options.data) if s.kind == "sit"]
+    sits = [s for s in sequences(options.data) if s.kind == options.kind]
     chosen = np.random.default_rng(options.seed).permutation(len(sits))[: options.most]
     columns: dict[str, list[float]] = defaultdict(list)
     for k in chosen:
@@ -127,10 +166,11 @@ def main() -> None:
         low, middle, high = np.percentile(told, [10, 50, 90])
         print(f"{name:20s} {len(told):4d}  median {middle:.3f}  10 % {low:.3f}  90 % {high:.3f}")
     deeper = np.array(columns["frames deeper"]) > 0
-    gaps = np.array(columns["back gap"])
+    gaps = np.array(columns["back gap"] or [np.nan])
     gaps = gaps[np.isfinite(gaps)]
-    print(f"sits with a frame deeper than 2 cm: {deeper.mean():.3f} of {len(deeper)}")
-    print(f"back within 3 cm of its rest: {(gaps < LEANT).mean():.3f} of {len(gaps)} on backed pieces")
+    print(f"{options.kind}s with a frame deeper than 2 cm: {deeper.mean():.3f} of {len(deeper)}")
+    if len(gaps):
+        print(f"back within 3 cm of its rest: {(gaps < LEANT).mean():.3f} of {len(gaps)} on backed pieces")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,8 @@ DEEPEST = 0.02  # metres that a body and hard furniture may be in each other
 MOST_BACK = 0.30  # metres by which a pelvis goes farther back than it was captured to
 STEP_BACK = 0.03
 SHANK_CLEAR = 0.004  # metres that a shin may be in a piece before its last corrections
-LEAST_BENT = 48.0  # degrees of the knees in the hold, median
+LEAST_BENT = 38.0  # degrees of the knees in the hold, median, on seats that are not high
+HIGH = 0.55  # metres of a seat over the floor on which legs may hang or stand nearly straight
 OFF_REST = 0.03  # metres from the rest at which a back still leans on it
 STRIDE = 2  # frames between two that are checked
 ON_THE_WAY = 4  # the same, of the walk to the seat and from it
@@ -65,7 +66,8 @@ def fit(
     if lean - found.pelvis - found.spine > holds.MOST_LEAN:
         raise Unfit("leans too far")
     made = spread(clip, phases, found, at, surface, field.give)
-    if np.median(posing.knees(made.root[phases.hold], made.rotations[phases.hold])) < LEAST_BENT:
+    bent = float(np.median(posing.knees(made.root[phases.hold], made.rotations[phases.hold])))
+    if bent < LEAST_BENT and surface.level < HIGH:
         raise Unfit("legs stretched")
     made, hands = settled_hands(clip, made, phases, surface, field, rng)
     check(made, phases, surface, field)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
@@ -28,13 +28,14 @@ from .spreading import Phases
 
 MODES = {"leaning": 0.86, "upright": 0.10, "perching": 0.04}  # shares on pieces with a back
 WITHOUT_BACK = {"upright": 0.85, "perching": 0.15}
-LOOKED_AT = 24  # seats that may be looked at for one motion
+LOOKED_AT = 40  # seats that may be looked at for one motion
 TRIES = 5  # of these, seats that are fitted
 BODY = 0.04  # metres from the pelvis that a walking body keeps from a piece at least
 STANDS = 0.17  # metres ahead of the seated pelvis at which people were captured standing, at least
 REACH = 0.15  # metres by which a captured seat and another may differ in height
 WALKS = 3  # tried in front of one sit, beside its own approach
 LED_IN = 24  # frames after a walk's end over which the feet are locked with it
+IN_VAIN = 0.25  # of a kept sit, that a piece counts as used for one tried in vain
 NEAR = 0.08  # metres of difference in height at which a seat is drawn a third as often
 OTHER_PACE = 0.4
 SIDEWAYS_ON = ("bed", "pouf", "bench", "stool", "sofa", "l_sofa")
@@ -50,6 +51,7 @@ class FittedComposer:
         self.owed: list[Owed] = []
         self.fitted: list[Fitted] = []
         self.seats = [(piece, goal) for piece in pieces for goal in piece.seats]
+        self.used: defaultdict[int, float] = defaultdict(float)
         places = Counter(piece.index for piece, _ in self.seats)
         self.chances = np.array([places[piece.index] ** -0.5 for piece, _ in self.seats])
         self.levels = np.array([goal.position[1] - SEAT_TO_PELVIS for _, goal in self.seats])
@@ -109,6 +111,8 @@ class FittedComposer:
         reached = np.flatnonzero(np.abs(self.levels - level) < REACH)
         # Heights near the captured one are fitted with less change.
         nearness = np.exp(-(((self.levels[reached] - level) / NEAR) ** 2)) * self.chances[reached]
+        # All pieces shall be sat on; those that were, or that were tried in vain, come later.
+        nearness /= np.array([1 + self.used[self.seats[k][0].index] for k in reached]) ** 2
         order = np.argsort(-nearness * self.rng.random(len(reached)))[:LOOKED_AT]
         facing = sit_fit.facing(clip, phases)
         for k in reached[order]:
@@ -146,8 +150,10 @@ class FittedComposer:
                 raise sit_fit.Unfit(why)
         except sit_fit.Unfit as unfit:
             self.report[f"tried: {unfit}"] += 1
+            self.used[piece.index] += IN_VAIN
             return None
         self.report["kept"] += 1
+        self.used[piece.index] += 1
         self.report[f"kept {mode}{' backed' if surface.backed else ''}"] += 1
         self.report["kept sideways"] += int(sideways)
         self.owed.append(owed(clip, made.clip))
