@@ -6,7 +6,7 @@ from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from samp_blender.samp_addon.scene.postures import SEAT_TO_PELVIS
-from samp_blender.training.fitting import hold, measure, provenance, sit_fit, spreading
+from samp_blender.training.fitting import hold, make, measure, provenance, sit_fit, spreading
 from samp_blender.training.fitting.lie_fit import Mattress
 from samp_blender.training.fitting.shapes import posing, probes, surfaces
 from samp_blender.training.fitting.shapes.depth import PieceField
@@ -14,6 +14,7 @@ from samp_blender.training.fitting.shapes.pieces import FittingPiece
 from samp_blender.training.fitting.sits import FittedComposer
 from samp_blender.training.mocap import Clip
 from samp_blender.training.motion.events import SitEvent
+from samp_blender.training.motion.sequence import Sequence
 from samp_blender.training.motion.stitch import WalkIndex
 from test_samp import box
 
@@ -170,3 +171,11 @@ def as_taken(sequence):
         sequence.kind, sequence.piece, np.array(sequence.placement), sequence.root, sequence.rotations,
         sequence.contacts()[:, 0], sequence.contacts()[:, 1:3], sequence.goal, sequence.goal_action,
     )  # fmt: skip
+
+
+def test_pieces_that_are_sat_on_often_are_drawn_less_often():
+    empty = np.zeros((1, 3)), np.zeros((1, 22, 4)), np.array(["sit"]), np.zeros((1, 2)), np.zeros(1, bool)
+    on = lambda piece: Sequence("sit", *empty, np.zeros((1, 6)), np.array([3]), piece)
+    weights = [s.weight for s in make.balanced([on(0), on(0), on(0), on(0), on(1)])]
+    assert weights[4] == pytest.approx(2 * weights[0])
+    assert np.mean(weights) == pytest.approx(1.0)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,57 +39,59 @@ def captured(folders: list[Path], chains: int, seed: int) -> tuple[list[Clip], W
     return clips, WalkIndex(walks, stride=STRIDE), [event for clip in sitting for event in sit_events(clip)]
 
 
+def balanced(sequences: list[Sequence]) -> list[Sequence]:
+    """The sequences weighted so that a piece counts as the root of how many of them are on it."""
+    counts = Counter((s.kind, s.piece) for s in sequences)
+    weights = {key: count**-0.5 for key, count in counts.items()}
+    mean = sum(weights[s.kind, s.piece] for s in sequences) / max(len(sequences), 1)
+    return [replace(s, weight=weights[s.kind, s.piece] / mean) for s in sequences]
+
+
+def sits(composer: FittedComposer, events: list[SitEvent], rounds: int, began: float) -> list[Sequence]:
+    """``rounds`` tries of every captured sit, in a random order."""
+    sequences: list[Sequence] = []
+    for number in range(rounds):
+        for k in composer.rng.permutation(len(events)):
+            if not (events[k].clip.name.startswith("rb_") and number % SELDOM):
+                sequences += composer.compose(events[k])
+        print(f"round {number}: {len(sequences)} sits, {_since(began)}", flush=True)
+    return sequences
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mocap", type=Path, nargs="+", required=True)
     parser.add_argument("--furniture", type=Path)
     parser.add_argument("--output", type=Path, default=Path("cache/fitted.npz"))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--sits", type=int, default=8, help="sequences tried for each captured sit")
+    parser.add_argument("--sits", type=int, default=8, help="fits tried for each captured sit")
     parser.add_argument("--lies", type=int, default=400, help="sequences of lying down tried")
-    parser.add_argument(
-        "--chains", type=int, default=4, help="chained sits for each of Rocketbox's sit-downs"
-    )
+    parser.add_argument("--chains", type=int, default=4, help="chained sits for each Rocketbox sit-down")
     parser.add_argument("--share", type=float, default=1.0, help="of the furniture, for quick trials")
-    parser.add_argument("--kept", type=Path, help="folder for what is slow to make and the same in every run")
+    parser.add_argument("--kept", type=Path, help="folder for clips and pieces, the same in every run")
     options = parser.parse_args()
     began = time.time()
     clips, walks, events = kept(
         options.kept, "captured", lambda: captured(options.mocap, options.chains, options.seed)
     )
-    pieces = kept(
-        options.kept,
-        "pieces",
-        lambda: _ready(furnishing.collect(options.furniture, options.seed, options.share)),
-    )
+    made_ready = lambda: _ready(furnishing.collect(options.furniture, options.seed, options.share))
+    pieces = kept(options.kept, "pieces", made_ready)
+    print(f"{len(events)} sits, {len(pieces)} pieces, {_since(began)}", flush=True)
     composer = FittedComposer(pieces, walks, options.seed)
-    events = [events[k] for k in np.random.default_rng(options.seed).permutation(len(events))]
-    print(
-        f"{len(events)} sits, {len(pieces)} pieces, {len(composer.seats)} seats, {_since(began)}", flush=True
-    )
-    grids = furnishing.grids(pieces)
-    sequences: list[Sequence] = []
-    for number in range(options.sits):
-        for count, event in enumerate(events):
-            if event.clip.name.startswith("rb_") and number % SELDOM:
-                continue
-            sequences += composer.compose(event)
-            if count % 25 == 24 or event is events[-1]:
-                save(options.output, sequences, grids, mirrored=True)
-                print(
-                    f"{number}: {len(sequences)} sits, {_since(began)}, {dict(composer.report)}", flush=True
-                )
-        keep(options.kept, "pieces", pieces)
-        keep(options.kept, "fitted", (sequences, composer.fitted, composer.owed, composer.report))
+    sequences = sits(composer, events, options.sits, began)
     lying = FittedLies(pieces, events, reclines(clips), composer.captured.approach, options.seed)
-    made = [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
-    save(options.output, sequences + made, grids, mirrored=True)
-    print(f"lies: {len(made)}, {_since(began)}", dict(lying.composer.report), dict(lying.report))
-    print("lies as captured or composed:", total(lying.owed))
-    minutes = sum(len(s) for s in sequences) / 1800
-    print(f"sit: {len(sequences)} sequences, {minutes:.1f} minutes")
-    print("\n".join(f"{n} {why}" for why, n in composer.report.most_common()))
-    print("as captured:", {name: round(share, 3) for name, share in total(composer.owed).items()})
+    sequences += [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
+    save(options.output, balanced(sequences), furnishing.grids(pieces), mirrored=True)
+    keep(options.kept, "pieces", pieces)  # with the distances found on the way
+    for kind, reports, counts in (
+        ("sit", [composer.report], composer.owed),
+        ("lie", [lying.composer.report, lying.report], lying.owed),
+    ):
+        lengths = [len(s) for s in sequences if s.kind == kind]
+        print(f"{kind}: {len(lengths)} sequences, {sum(lengths) / 1800:.1f} minutes")
+        print("as captured:", {name: round(share, 3) for name, share in total(counts).items()})
+        for report in reports:
+            print(", ".join(f"{why} {count}" for why, count in report.most_common()))
     print(f"{options.output} in {_since(began)}")
 
 

@@ -129,11 +129,9 @@ def free_way(
     """Raises Unfit where the way to the seat, or from it, runs into the piece. until: only frames before it."""
     frames = np.arange(len(clip))
     away = (frames < phases.down - 12) | (frames > phases.up_end + 12) if until is None else frames < until
-    rows = _close(clip, surface, field, away, ON_THE_WAY)
-    if len(rows):
-        skin = probes.skinned(clip.root[rows], clip.rotations[rows])[:, ::2]
-        if field.skin_depth(surface.frame.to_piece(skin)).max() > DEEPEST:
-            raise Unfit("runs into it")
+    rows = _close(clip, surface, field, away, ON_THE_WAY if until is None else STRIDE)
+    if len(rows) and field.deepest(*in_piece(clip, surface, rows))[0].max() > DEEPEST:
+        raise Unfit("runs into it")
 
 
 def _close(clip: Clip, surface: SeatSurface, field: PieceField, some: np.ndarray, stride: int) -> np.ndarray:

@@ -92,7 +92,7 @@ class FittedComposer:
             clip = approach_alone(clip, made.clip, shift)
             later = Phases(*(shifted[name] for name in frames))
             try:
-                sit_fit.free_way(clip, later, surface, piece.field, phases.down + shift)
+                sit_fit.free_way(clip, later, surface, piece.field, later.seated)
                 why = fault(clip)
                 if why is not None:
                     raise sit_fit.Unfit(why)
