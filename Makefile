@@ -1,17 +1,17 @@
-# Every target begins with the virtual environment; nothing of it is asked for by hand.
+# Every target creates the virtual environment if it is missing; no manual setup is needed.
 PYTHON ?= python3.11
 VENV := .venv
 PY := $(VENV)/bin/python
 MODULE := samp_blender
 
-.PHONY: venv test test-ui pictures demo bench evaluate package lint format matrix
+.PHONY: venv test test-ui pictures film demo bench evaluate package lint format matrix
 
 venv: $(VENV)/ready
 	@$(PY) .ci/check_system.py
 
-# bpy and torch are pinned: a looser torch pulls a CUDA build of several gigabytes.
+# bpy and torch are pinned: an unpinned torch would pull in a CUDA build of several gigabytes.
 $(VENV)/ready: requirements.txt pyproject.toml
-	@command -v $(PYTHON) >/dev/null || { echo "Python 3.11 is needed: install it, or name it with PYTHON=..." >&2; exit 1; }
+	@command -v $(PYTHON) >/dev/null || { echo "Python 3.11 is required: install it, or set PYTHON to its path." >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install -q --disable-pip-version-check torch==2.13.0
 	$(PY) -m pip install -q --disable-pip-version-check -r requirements.txt
@@ -21,8 +21,8 @@ $(VENV)/ready: requirements.txt pyproject.toml
 test: venv lint
 	$(PY) -m pytest
 
-# A real Blender with a window: make test-ui BLENDER=/path/to/blender. ROOT=FOLDER is the root of another system that
-# has Blender, Xvfb, xdotool and ImageMagick (tests/ui/debian.sh makes one).
+# Test the sidebar in a real Blender with a window: make test-ui BLENDER=/path/to/blender. ROOT=FOLDER names the root
+# of another system with Blender, Xvfb, xdotool and ImageMagick (created by tests/ui/debian.sh).
 BLENDER ?= blender
 SHOTS ?= cache/shots
 
@@ -30,9 +30,13 @@ test-ui: venv
 	$(PY) -m $(MODULE).release.build --kinds bare --output cache/ui
 	ROOT="$(ROOT)" BLENDER="$(BLENDER)" tests/ui/run.sh cache/ui/*.zip $(SHOTS)
 
-# Puts pictures of the last test-ui into the documentation.
+# Copy screenshots of the last test-ui into the documentation.
 pictures: venv
 	$(PY) docs/update_pictures.py $(SHOTS)
+
+# Render docs/images/sit.gif from a take of the demo.
+film: venv
+	$(PY) docs/update_film.py
 
 lint: venv
 	$(VENV)/bin/ruff check .
@@ -42,11 +46,11 @@ format: venv
 	$(VENV)/bin/ruff check --fix .
 	$(VENV)/bin/ruff format .
 
-# Leaves demo/demo.blend, a contact sheet of each take and a short film.
+# Write demo/demo.blend, a contact sheet of each take and a short film.
 demo: venv
 	$(PY) demo/make_demo.py
 
-# On the machine at hand: the scene, the rollout, a bake and the whole click.
+# Time scene analysis, the rollout, clicks, large scenes and refinement on this machine.
 bench: venv
 	$(PY) -m $(MODULE).benchmarks.scene
 	$(PY) -m $(MODULE).benchmarks.rollout
@@ -54,17 +58,17 @@ bench: venv
 	$(PY) -m $(MODULE).benchmarks.large
 	$(PY) -m $(MODULE).benchmarks.refine
 
-# The papers' measures, on furniture that no training has seen.
+# Compute the papers' measures on held-out furniture.
 evaluate: venv
-	$(PY) -m $(MODULE).training.goals.evaluate
+	$(PY) -m $(MODULE).training.samp.goal_net.evaluate
 	$(PY) -m $(MODULE).training.evaluate
 
-# The zips that an artist installs: with wheels for each platform, without torch, and without any wheels.
+# Build the zips to install in Blender: full for each platform, light (without torch) and bare (without wheels).
 package: venv
 	rm -f dist/*.zip
 	$(PY) -m $(MODULE).release.build --output dist
 
-# The tests that meet Blender, on its older versions; torch and the rest are those of the one environment.
+# Run the tests with older versions of bpy; all other packages come from the main environment.
 BLENDERS := 4.5.15 4.2.23
 MATRIX_TESTS ?= tests
 
@@ -78,4 +82,4 @@ matrix: $(BLENDERS:%=matrix-%)
 	touch $@
 
 matrix-%: .venv-%/ready
-	PYTHONPATH=tests .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)
+	PYTHONPATH=tests/support:tests/support/faults:tests/support/blender .venv-$*/bin/python -m pytest -p ends_at_once $(MATRIX_TESTS)

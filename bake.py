@@ -1,4 +1,4 @@
-"""The batch: takes without a window. The same command under Blender and under Python with the bpy module.
+"""Generate takes without a window. The command is the same under Blender and under Python with the bpy module.
 
 blender -b ROOM.blend --python bake.py -- --action sit --target Sofa --output OUT.blend
 python bake.py --scene ROOM.blend          --action sit --target Sofa --output OUT.blend
@@ -13,7 +13,7 @@ PACKAGE = "samp_blender"
 
 
 def load_package() -> None:
-    """Makes the folder of this file importable as a package, installed or not."""
+    """Import the folder of this file as the package PACKAGE, installed or not."""
     root = Path(__file__).resolve().parent
     spec = importlib.util.spec_from_file_location(
         PACKAGE, root / "__init__.py", submodule_search_locations=[str(root)]
@@ -24,17 +24,17 @@ def load_package() -> None:
 
 
 def arguments() -> list[str]:
-    """Those meant for this script: under Blender what follows ``--``."""
+    """Return the arguments for this script: under Blender those after ``--``."""
     if "--" in sys.argv:
         return sys.argv[sys.argv.index("--") + 1 :]
     return [] if os.path.basename(sys.argv[0]).lower().startswith("blender") else sys.argv[1:]
 
 
 def main() -> int:
-    """The exit status."""
+    """Run the batch and return the exit status."""
     load_package()
     try:
-        batch = importlib.import_module(f"{PACKAGE}.samp_addon.blender.batch")
+        batch = importlib.import_module(f"{PACKAGE}.samp_addon.batch.main")
     except ImportError as error:
         name = error.name or str(error)
         print(

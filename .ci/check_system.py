@@ -1,13 +1,13 @@
-"""Says which system packages are missing before Blender fails on them. Needs nothing but Python.
+"""Report missing system packages before Blender fails on them. Needs only Python.
 
-python .ci/check_system.py            one clear line and status 1 where something is missing
-python .ci/check_system.py --packages only the names of the missing packages, for a package manager
+python .ci/check_system.py             print one line and exit with status 1 where a package is missing
+python .ci/check_system.py --packages  print only the names of the missing packages, for a package manager
 """
 
 import ctypes
 import sys
 
-# The bpy wheel is linked against these; names of Debian's and Ubuntu's packages.
+# Libraries that the bpy wheel is linked against, and their packages in Debian and Ubuntu.
 LIBRARIES = {
     "libGL.so.1": "libgl1",
     "libEGL.so.1": "libegl1",
@@ -26,7 +26,7 @@ SURFACELESS = 0x31DD  # EGL_PLATFORM_SURFACELESS_MESA
 
 
 def loads(library: str) -> bool:
-    """Whether the dynamic linker finds a library."""
+    """Return whether the dynamic linker finds a library."""
     try:
         ctypes.CDLL(library)
     except OSError:
@@ -35,7 +35,7 @@ def loads(library: str) -> bool:
 
 
 def draws() -> bool:
-    """Whether pictures can be drawn without a screen."""
+    """Return whether images can be rendered without a display."""
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetPlatformDisplay.restype = ctypes.c_void_p
     egl.eglInitialize.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
@@ -44,7 +44,7 @@ def draws() -> bool:
 
 
 def missing() -> list[str]:
-    """Packages to install."""
+    """Return the names of the packages to install."""
     if sys.platform != "linux":
         return []
     packages = [package for library, package in LIBRARIES.items() if not loads(library)]
@@ -54,7 +54,7 @@ def missing() -> list[str]:
 
 
 def main() -> int:
-    """The exit status."""
+    """Print what is missing and return the exit status."""
     packages = " ".join(missing())
     if "--packages" in sys.argv:
         print(packages)

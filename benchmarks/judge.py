@@ -1,9 +1,10 @@
-"""Rooms that nobody has seen: how often does the batch bring the character to its seat?
+"""Success rate of the batch in random rooms.
 
 python -m samp_blender.benchmarks.judge [--rooms 10] [--seed 100] [--keep FOLDER]
 
-Each room has a seat turned any way, five obstacles, and a start behind one of them (tests/rooms.py). Counted are
-runs that exit with 0, paths that cross an obstacle, and sits whose pelvis ends within 20 cm and 20 degrees.
+Each room has a seat at a random yaw, five obstacles, and a start behind one of them (tests/support/rooms.py). The
+result is the number of runs with exit status 0, of paths that cross an obstacle, and of takes that end within 20 cm and
+20 degrees of the goal.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ import bpy
 import numpy as np
 
 from ..samp_addon import frames
-from ..tests import rooms
+from ..tests.support import rooms
 
 ROOT = Path(__file__).resolve().parent.parent
 DISTANCE_CM, ANGLE_DEG = 20.0, 20.0
 
 
 def judge(seed: int, folder: Path) -> dict:
-    """One room through bake.py: status, crossings, and the report's measures."""
+    """Run bake.py in one room; return its status, the crossed obstacles and the metrics of the report."""
     room = rooms.random_room(seed)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     start = rooms.to_blender(room, bpy.context.scene)
@@ -36,54 +37,54 @@ def judge(seed: int, folder: Path) -> dict:
     options += ["--seed", seed, "--output", folder / f"take_{seed}.blend", "--report", report]
     command = [sys.executable, str(ROOT / "bake.py"), *map(str, options)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    told = {"seed": seed, "seat": room.target.name, "status": done.returncode, "says": done.stderr.strip()}
+    result = {"seed": seed, "seat": room.target.name, "status": done.returncode, "says": done.stderr.strip()}
     if done.returncode == 0:
         variant = json.loads(report.read_text())["variants"][0]
-        told["crossed"] = room.crossings(frames.to_network(np.array(variant["waypoints"])))
-        told |= variant["metrics"]
-        told["seconds"] = sum(variant["seconds"].values())
-    return told
+        result["crossed"] = room.crossings(frames.to_network(np.array(variant["waypoints"])))
+        result |= variant["metrics"]
+        result["seconds"] = sum(variant["seconds"].values())
+    return result
 
 
-def reached(told: dict) -> bool:
-    """Whether the pelvis ended within 20 cm and 20 degrees of its goal."""
+def reached(result: dict) -> bool:
+    """Return whether the pelvis ended within 20 cm and 20 degrees of its goal."""
     return (
-        told["status"] == 0
-        and told["position_error_cm"] <= DISTANCE_CM
-        and told["rotation_error_deg"] <= ANGLE_DEG
+        result["status"] == 0
+        and result["position_error_cm"] <= DISTANCE_CM
+        and result["rotation_error_deg"] <= ANGLE_DEG
     )
 
 
 def main() -> int:
-    """Prints a line for each room and the counts."""
+    """Print one line per room and the counts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rooms", type=int, default=10)
     parser.add_argument("--seed", type=int, default=100)
-    parser.add_argument("--keep", type=Path, help="folder for rooms, takes and reports")
+    parser.add_argument("--keep", type=Path, help="folder in which rooms, takes and reports are kept")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        told = []
+        results = []
         for seed in range(options.seed, options.seed + options.rooms):
-            told.append(judge(seed, folder))
-            print(line(told[-1]), flush=True)
-    done = [one for one in told if one["status"] == 0]
-    print(f"exit status 0: {len(done)} of {len(told)}")
+            results.append(judge(seed, folder))
+            print(line(results[-1]), flush=True)
+    done = [one for one in results if one["status"] == 0]
+    print(f"exit status 0: {len(done)} of {len(results)}")
     print(f"paths over an obstacle: {sum(bool(one['crossed']) for one in done)}")
-    print(f"within 20 cm and 20 degrees: {sum(map(reached, told))} of {len(told)}")
+    print(f"within 20 cm and 20 degrees: {sum(map(reached, results))} of {len(results)}")
     return 0
 
 
-def line(told: dict) -> str:
-    """One room's result."""
-    if told["status"] != 0:
-        return f"{told['seed']} {told['seat']}: status {told['status']}: {told['says']}"
+def line(result: dict) -> str:
+    """Format the result of one room."""
+    if result["status"] != 0:
+        return f"{result['seed']} {result['seat']}: status {result['status']}: {result['says']}"
     return (
-        f"{told['seed']} {told['seat']}: {told['position_error_cm']:.1f} cm, "
-        f"{told['rotation_error_deg']:.1f} deg, penetration {told['penetration_max_cm']:.1f} cm, "
-        f"foot slide {told['foot_slide_cm_s']:.1f} cm/s, {told['seconds']:.1f} s"
-        + (f", crosses {', '.join(told['crossed'])}" if told["crossed"] else "")
+        f"{result['seed']} {result['seat']}: {result['position_error_cm']:.1f} cm, "
+        f"{result['rotation_error_deg']:.1f} deg, penetration {result['penetration_max_cm']:.1f} cm, "
+        f"foot slide {result['foot_slide_cm_s']:.1f} cm/s, {result['seconds']:.1f} s"
+        + (f", crosses {', '.join(result['crossed'])}" if result["crossed"] else "")
     )
 
 

@@ -1,7 +1,7 @@
-"""How long a large file takes: 5,000 objects, and two million triangles, read, walked on and voxelised; and what the
-sidebar costs in it.
+"""Seconds to read, voxelise and build the navmesh of files with 5,000 objects or two million triangles, and the cost of
+drawing the sidebar in them.
 
-``python -m samp_blender.benchmarks.large``
+python -m samp_blender.benchmarks.large
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from ..samp_addon.blender import asking, read_scene
-from ..samp_addon.scene import navmesh, seats
+from ..samp_addon.blender.scene import read_scene
+from ..samp_addon.scene.navmesh import navmesh
+from ..samp_addon.scene.seats import seats
 from ..samp_addon.scene.voxels import InteractionGrid
-from ..tests import rooms
+from ..samp_addon.ui import job_from_settings
+from ..tests.support import rooms
 
 OBJECTS = 5000
 ROWS = 1000  # of a grid of 2 * ROWS^2 triangles
@@ -23,7 +25,7 @@ RUNS = 3
 
 
 def many_objects() -> str:
-    """A room with a sofa, and boxes all around it on a floor of 60 m."""
+    """Build a room with a sofa, surrounded by boxes within 30 m; return a description."""
     _room()
     rng = np.random.default_rng(0)
     mesh = _mesh("Box", rooms.box(np.full(3, -0.2), np.full(3, 0.2)))
@@ -36,7 +38,7 @@ def many_objects() -> str:
 
 
 def many_triangles() -> str:
-    """The same room beside hills of two million triangles."""
+    """Build the same room next to hills of two million triangles; return a description."""
     _room()
     x, y = np.meshgrid(np.linspace(-10, 10, ROWS + 1), np.linspace(5, 25, ROWS + 1), indexing="ij")
     points = np.stack([x, y, 0.3 * np.sin(3 * x) * np.sin(3 * y) + 0.3], -1).reshape(-1, 3)
@@ -76,7 +78,7 @@ def _best(work: Callable[[], object]) -> float:
 
 
 def main() -> None:
-    """Prints a line for each file."""
+    """Print one line per file."""
     import samp_blender
 
     samp_blender.register()
@@ -90,10 +92,10 @@ def main() -> None:
         voxels = _best(
             lambda piece=target.triangles: InteractionGrid.build(piece, seats.infer_front_yaw(piece))
         )
-        ask = _best(lambda: [asking.why_not(bpy.context) for _ in range(100)]) / 100
+        ask = _best(lambda: [job_from_settings.why_not(bpy.context) for _ in range(100)]) / 100
         print(
             f"{name}: read {read:.2f} s, navmesh {walk:.2f} s, voxels {voxels:.2f} s, together "
-            f"{read + walk + voxels:.2f} s; asking whether the button works {1e3 * ask:.3f} ms",
+            f"{read + walk + voxels:.2f} s; check whether the button is enabled {1e3 * ask:.3f} ms",
             flush=True,
         )
     samp_blender.unregister()

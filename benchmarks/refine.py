@@ -1,7 +1,9 @@
-"""Seconds and memory that refining takes, against the length of a take and the number of vertices, beside a plain
-version of the same energies: every vertex in every frame, the scene looked at in every step, no windows.
+"""Time and memory of refinement for different take lengths and numbers of vertices, compared with a plain version of
+the same energies: every vertex in every frame, distances updated in every step, no windows.
 
-``python -m samp_blender.benchmarks.refine``. Each run is a process of its own, so that its memory is its own.
+python -m samp_blender.benchmarks.refine
+
+Each run is a separate process, to measure its memory.
 """
 
 from __future__ import annotations
@@ -15,38 +17,39 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from ..samp_addon.body import human
-from ..samp_addon.job import Job
+from ..samp_addon.methods.scene_view import SceneView
 from ..samp_addon.motion import Motion
-from ..samp_addon.refine import optimiser, refining
+from ..samp_addon.pipeline import driver
+from ..samp_addon.pipeline.driver import Work
+from ..samp_addon.pipeline.job import Job
+from ..samp_addon.refine import optimiser, refinement
+from ..samp_addon.refine.feet.plan import plan_feet
 from ..samp_addon.refine.field import Field
-from ..samp_addon.refine.standing import plan_feet
 from ..samp_addon.scene.geometry import SceneGeometry
-from ..samp_addon.synthesis.chain import synthesise
-from ..samp_addon.synthesis.takes import Situation
-from ..tests import rooms
+from ..tests.support import rooms
 
 LENGTHS = (10, 20, 40, 60)  # seconds
 VERTICES = (512, 1024, 2048)
-SHORT = 5  # seconds of motion against the number of vertices
-PLAIN = 1  # seconds of motion that the plain version is given
+SHORT = 5  # seconds of motion for different numbers of vertices
+PLAIN = 1  # seconds of motion for the plain version
 
 
 def take() -> tuple[Motion, rooms.Room]:
-    """Somebody who sits down in a room of boxes."""
+    """Generate a take of sitting down in a room of boxes."""
     room = rooms.random_room(1, rooms.sofa)
     pieces = [("Floor", room.floor)] + [(piece.name, piece.triangles) for piece in room.pieces]
-    told = Situation(
+    view = SceneView(
         SceneGeometry.from_objects(pieces),
         room.target.triangles,
         (room.target.name,),
         (room.start, room.start_yaw),
     )
-    made, _ = synthesise(Job(action="sit", target=room.target.name), told)
-    return made[0].motion, room
+    takes, _ = driver.run(Work(Job(action="sit", target=room.target.name), [view]))
+    return takes[0].motion, room
 
 
 def long(motion: Motion, seconds: float) -> Motion:
-    """The motion forwards and backwards until it is as long as that."""
+    """Extend a motion to a length by repeating it forwards and backwards."""
     count = round(seconds * motion.fps) + 1
     both = np.concatenate([np.arange(len(motion)), np.arange(len(motion) - 2, 0, -1)])
     rows = np.resize(both, count)
@@ -54,27 +57,27 @@ def long(motion: Motion, seconds: float) -> Motion:
 
 
 def run(kind: str, seconds: float, vertices: int) -> None:
-    """One run; prints seconds and the megabytes that it added."""
+    """Run once; print the seconds and the additional megabytes."""
     motion, room = take()
     motion, body = long(motion, seconds), human.load()
     body = replace(body, collision=body.collision[:: len(body.collision) // vertices])
-    scene = refining.Surroundings(room.triangles, np.zeros(len(room.triangles)), 0.0)
+    scene = refinement.Surroundings(room.triangles, np.zeros(len(room.triangles)), 0.0)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     begun = time.perf_counter()
     if kind == "plain":
         _plain(motion, scene, replace(body, collision=np.arange(len(body.vertices))))
     else:
-        refining.refine(motion, scene, body=body, measured=False)
+        refinement.refine(motion, scene, body=body, measured=False)
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
     print(f"{time.perf_counter() - begun:.2f} {used / 1024:.0f}")
 
 
-def _plain(motion: Motion, scene: refining.Surroundings, body: human.Human) -> None:
-    """Both stages with every vertex, every frame, a look in every step."""
+def _plain(motion: Motion, scene: refinement.Surroundings, body: human.Human) -> None:
+    """Run both stages with every vertex, every frame, and distances updated in every step."""
     free = human.skin(body, motion, body.collision[::50]).reshape(-1, 3)[::50].astype(np.float64)
     field = Field(scene.triangles, scene.give, scene.floor, free)
-    weights = {k: v for k, v in asdict(refining.Settings()).items() if k in optimiser.SCALES}
-    every = optimiser.Looks(every=1, a_second=1e9, near=np.inf)
+    weights = {k: v for k, v in asdict(refinement.Settings()).items() if k in optimiser.SCALES}
+    every = optimiser.Sampling(every=1, rate=1e9, near=np.inf)
     for stage in (0, 1):
         optimiser.Optimiser(
             motion, body, field, weights, plan_feet(motion, field), None, np.zeros(len(motion)), every
@@ -82,7 +85,7 @@ def _plain(motion: Motion, scene: refining.Surroundings, body: human.Human) -> N
 
 
 def main() -> None:
-    """Prints a table; with arguments, one run of it."""
+    """Print a table; with arguments, run once."""
     if len(sys.argv) > 1:
         run(sys.argv[1], float(sys.argv[2]), int(sys.argv[3]))
         return
@@ -93,15 +96,16 @@ def main() -> None:
         + [("plain", PLAIN, 2048)]
     )
     for kind, seconds, vertices in plans:
-        told = subprocess.run(
+        done = subprocess.run(
             [sys.executable, "-m", __spec__.name, kind, str(seconds), str(vertices)],
             capture_output=True, text=True, check=True,
         )  # fmt: skip
-        took, used = told.stdout.split()[-2:]
+        took, used = done.stdout.split()[-2:]
         rate = float(took) / seconds
         name = "every vertex" if kind == "plain" else f"{vertices} vertices"
         print(
-            f"{kind}, {seconds} s of motion, {name}: {took} s ({rate:.2f} s a second), {used} MB", flush=True
+            f"{kind}, {seconds} s of motion, {name}: {took} s ({rate:.2f} s per second), {used} MB",
+            flush=True,
         )
 
 

@@ -1,6 +1,8 @@
-"""Speed of MotionNet's rollout: experts' outputs mixed, as shipped, beside weights mixed for each sample.
+"""Speed of MotionNet's rollout: mixing the experts' outputs, as shipped, against mixing weights for each sample.
 
-Both run in this process in turn, so that the ratio holds on a busy machine; medians of several rounds.
+Both alternate in one process, so that the ratio is valid on a busy machine; medians of several rounds.
+
+python -m samp_blender.benchmarks.rollout
 """
 
 from __future__ import annotations
@@ -15,31 +17,32 @@ import torch
 from ..models.motion_net import LATENT, MotionNet
 from ..models.state import SIZE
 from ..samp_addon.errors import SampError
+from ..samp_addon.methods.samp.load_networks import load_motion_net
+from ..samp_addon.methods.samp.request import Request
+from ..samp_addon.methods.samp.rollout import generator
 from ..samp_addon.motion import Goal
-from ..samp_addon.synthesis import samp
-from ..samp_addon.synthesis.request import Request
 
 TAKES = (1, 32)
 ROUNDS = 7
 
 
 def network() -> MotionNet:
-    """The shipped network, or one with random numbers of the same sizes where the weights are missing."""
+    """Return the shipped network, or one of the same size with random weights if the file is missing."""
     try:
-        return samp.load_network()[0]
+        return load_motion_net().net
     except SampError:
         return MotionNet().eval()
 
 
 def milliseconds(work: Callable[[], object]) -> float:
-    """Of one call."""
+    """Return the duration of one call in milliseconds."""
     began = time.perf_counter()
     work()
     return (time.perf_counter() - began) * 1e3
 
 
 def steps(net: MotionNet, takes: int) -> tuple[float, float]:
-    """Median milliseconds of one step of the network: outputs mixed, weights mixed."""
+    """Return the median milliseconds of one step of the network: mixing outputs, mixing weights."""
     x, features, z = torch.randn(takes, SIZE), torch.rand(takes, 2048), torch.randn(takes, LATENT)
     both: tuple[list[float], list[float]] = ([], [])
     with torch.inference_mode():
@@ -50,7 +53,7 @@ def steps(net: MotionNet, takes: int) -> tuple[float, float]:
 
 
 def whole_frames(takes: int) -> float:
-    """Milliseconds a frame of the whole rollout, state and steering included, for some walks of 6 m."""
+    """Return the milliseconds per frame of a complete rollout of walks of 6 m, including state and steering."""
     goal = Goal(np.array([0.0, 0.0, 6.0]), np.array([0.0, 0.0, 1.0]), "walk")
     requests = [Request(np.zeros(3), 0.0, "walk", goal, np.zeros((0, 3)), seed=k) for k in range(takes)]
     frames = 0
@@ -59,16 +62,16 @@ def whole_frames(takes: int) -> float:
         nonlocal frames
         frames += 5  # progress is called every fifth frame
 
-    took = milliseconds(lambda: samp.generate(requests, count))
+    took = milliseconds(lambda: generator.generate(requests, count))
     return took / max(frames, 1)
 
 
 def main() -> None:
-    """Prints a table."""
+    """Print a table."""
     net = network()
     steps(net, 1)
     print(
-        "| takes | outputs mixed, ms a step | weights mixed, ms a step | ratio | whole rollout, ms a frame |"
+        "| takes | outputs mixed, ms per step | weights mixed, ms per step | ratio | whole rollout, ms per frame |"
     )
     print("|---|---|---|---|---|")
     for takes in TAKES:

@@ -1,7 +1,8 @@
-"""Milliseconds for what is done to the scene before a character moves: voxels, navmesh, path.
+"""Milliseconds of scene preprocessing: voxels, navmesh, path.
 
-``python -m samp_blender.benchmarks.scene``. Wall time, the median of several runs. On a busy machine the
-processor time beside it says more.
+python -m samp_blender.benchmarks.scene
+
+Medians of several runs, as wall-clock and as processor time; the latter is more reliable on a busy machine.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..samp_addon.scene import navmesh, path
+from ..samp_addon.scene.navmesh import navmesh, path
 from ..samp_addon.scene.voxels import InteractionGrid
-from ..tests import layouts
+from ..tests.support import layouts
 
 RUNS = 9
 
 
 def timed(work: Callable[[], object], runs: int = RUNS) -> tuple[float, float]:
-    """Median wall and processor milliseconds of a call, after one to warm up."""
+    """Return the median wall-clock and processor milliseconds of a call, after one warm-up call."""
     work()
     wall, processor = [], []
     for _ in range(runs):
@@ -32,7 +33,7 @@ def timed(work: Callable[[], object], runs: int = RUNS) -> tuple[float, float]:
 
 
 def measure(runs: int = RUNS) -> dict[str, tuple[float, float]]:
-    """(wall, processor) milliseconds by what was done."""
+    """Return (wall-clock, processor) milliseconds by the name of the measurement."""
     piece = layouts.ball(100_000, (0.9, 0.5, 0.6), (0, 0.5, 0))
     grid = InteractionGrid.build(piece)
     positions, yaws = np.zeros((32, 3)), np.zeros(32)
@@ -49,7 +50,7 @@ def measure(runs: int = RUNS) -> dict[str, tuple[float, float]]:
 
 
 def _far_apart(mesh: navmesh.NavMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Two places of one part of the floor, at opposite corners of the room."""
+    """Return two connected places on the floor at opposite corners of the room."""
     low = mesh.points[:, 1] < 0.1
     island = mesh.island_of(mesh.walkable)
     floor = mesh.points[low & (island == np.bincount(island[low]).argmax())]
@@ -58,7 +59,7 @@ def _far_apart(mesh: navmesh.NavMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def main() -> None:
-    """Prints a line for each measure."""
+    """Print one line per measurement."""
     for name, (wall, processor) in measure().items():
         print(f"{name:62s} {wall:8.1f} ms   (processor {processor:.1f} ms)")
 

@@ -1,7 +1,7 @@
-"""A furnished living room, made by code: python demo/build_room.py OUT.blend
+"""Build a furnished living room: python demo/build_room.py OUT.blend
 
-Metres, Z up. Pieces face -Y where they are built and are then put in place; each hangs under an empty, as
-furniture of several parts does in artists' files.
+Metres, Z up. Pieces are built facing -Y and then placed; the parts of each are parented to an empty, as in artists'
+files.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Room:
 
     @contextmanager
     def piece(self, name: str, at: tuple[float, float], turn: float = 0.0) -> Iterator[None]:
-        """A piece of furniture under an empty at (x, y), turned left by degrees, made of parts."""
+        """Parent the parts added inside the context to an empty at (x, y), rotated counter-clockwise by degrees."""
         self._parent = bpy.data.objects.new(name, None)
         self._parent.empty_display_size = 0.2
         self.scene.collection.objects.link(self._parent)
@@ -68,18 +68,18 @@ class Room:
         soft: float = 0.0,
         tilt: float = 0.0,
     ) -> bpy.types.Object:
-        """A box with its bottom's middle at a place. soft: radius of its edges. tilt: degrees about X."""
+        """Add a box whose bottom is centred at ``at``. soft: radius of its edges, metres. tilt: degrees about X."""
         shape = bmesh.new()
         bmesh.ops.create_cube(shape, size=1.0)
         bmesh.ops.scale(shape, verts=shape.verts, vec=size)
         bmesh.ops.translate(shape, verts=shape.verts, vec=(0.0, 0.0, size[2] / 2))
-        made = self._add(name, shape, at, colour)
-        made.rotation_euler[0] = math.radians(tilt)
+        obj = self._add(name, shape, at, colour)
+        obj.rotation_euler[0] = math.radians(tilt)
         if soft:
-            bevel = made.modifiers.new("Soft edges", "BEVEL")
+            bevel = obj.modifiers.new("Soft edges", "BEVEL")
             bevel.width, bevel.segments = soft, 4
-            self._smooth(made)
-        return made
+            self._smooth(obj)
+        return obj
 
     def pole(
         self,
@@ -90,7 +90,7 @@ class Room:
         colour: str,
         sides: int = 20,
     ) -> bpy.types.Object:
-        """A cone or cylinder; radius at the bottom and at the top."""
+        """Add a cone or cylinder. radius: at the bottom and at the top, metres."""
         shape = bmesh.new()
         bmesh.ops.create_cone(
             shape, cap_ends=True, segments=sides, radius1=radius[0], radius2=radius[1], depth=height
@@ -99,22 +99,22 @@ class Room:
         return self._add(name, shape, at, colour)
 
     def legs(self, width: float, depth: float, height: float, colour: str, thick: float = 0.025) -> None:
-        """Four tapered legs at the corners of a rectangle."""
+        """Add four tapered legs at the corners of a rectangle."""
         for x in (-width / 2, width / 2):
             for y in (-depth / 2, depth / 2):
                 self.pole("Leg", (thick * 0.7, thick), height, (x, y, 0.0), colour, 12)
 
     def material(self, colour: str | tuple[float, float, float]) -> bpy.types.Material:
-        """The material of a colour."""
+        """Return the material of a colour, created at its first use."""
         value = COLOURS[colour] if isinstance(colour, str) else colour
         if value not in self._materials:
-            made = compat.new_node_material(colour if isinstance(colour, str) else "book")
+            obj = compat.new_node_material(colour if isinstance(colour, str) else "book")
             linear = [((c + 0.055) / 1.055) ** 2.4 for c in value]
-            made.diffuse_color = (*linear, 1.0)
-            shader = made.node_tree.nodes["Principled BSDF"]
+            obj.diffuse_color = (*linear, 1.0)
+            shader = obj.node_tree.nodes["Principled BSDF"]
             shader.inputs["Base Color"].default_value = (*linear, 1.0)
             shader.inputs["Roughness"].default_value = 0.7
-            self._materials[value] = made
+            self._materials[value] = obj
         return self._materials[value]
 
     def _add(self, name: str, shape: bmesh.types.BMesh, at: tuple, colour: str | tuple) -> bpy.types.Object:
@@ -122,18 +122,18 @@ class Room:
         shape.to_mesh(mesh)
         shape.free()
         mesh.materials.append(self.material(colour))
-        made = bpy.data.objects.new(name if self._parent is None else f"{self._parent.name} {name}", mesh)
-        made.location, made.parent = at, self._parent
-        self.scene.collection.objects.link(made)
-        return made
+        obj = bpy.data.objects.new(name if self._parent is None else f"{self._parent.name} {name}", mesh)
+        obj.location, obj.parent = at, self._parent
+        self.scene.collection.objects.link(obj)
+        return obj
 
     @staticmethod
-    def _smooth(thing: bpy.types.Object) -> None:
-        thing.data.polygons.foreach_set("use_smooth", np.ones(len(thing.data.polygons), bool))
+    def _smooth(obj: bpy.types.Object) -> None:
+        obj.data.polygons.foreach_set("use_smooth", np.ones(len(obj.data.polygons), bool))
 
 
 def walls(room: Room) -> None:
-    """A floor, the back wall with a window, and the left wall; two sides stay open to the camera."""
+    """Add a floor, the back wall with a window, and the left wall; two sides are open to the camera."""
     room.box("Floor", (WIDTH, DEPTH, 0.1), (0.0, 0.0, -0.1), "floor")
     for k in range(int(WIDTH / 0.35)):
         room.box("Board gap", (0.012, DEPTH, 0.001), (-WIDTH / 2 + 0.35 * (k + 1), 0.0, 0.0), "wood")
@@ -156,7 +156,7 @@ def walls(room: Room) -> None:
 
 
 def sofa(room: Room) -> None:
-    """Three places, 2.2 m wide, the seat 44 cm high."""
+    """Add a sofa for three, 2.2 m wide, with a seat height of 44 cm."""
     room.legs(2.0, 0.7, 0.12, "wood", 0.03)
     room.box("Base", (2.2, 0.86, 0.18), (0.0, 0.0, 0.12), "sofa", 0.03)
     room.box("Back", (2.2, 0.20, 0.55), (0.0, 0.36, 0.28), "sofa", 0.06, tilt=-6)
@@ -169,7 +169,7 @@ def sofa(room: Room) -> None:
 
 
 def armchair(room: Room) -> None:
-    """One place, low and deep."""
+    """Add a low, deep armchair."""
     room.legs(0.62, 0.62, 0.14, "wood", 0.028)
     room.box("Base", (0.80, 0.78, 0.16), (0.0, 0.0, 0.14), "armchair", 0.03)
     room.box("Back", (0.80, 0.17, 0.62), (0.0, 0.33, 0.26), "armchair", 0.06, tilt=-8)
@@ -179,7 +179,7 @@ def armchair(room: Room) -> None:
 
 
 def chair(room: Room) -> None:
-    """A dining chair with slats."""
+    """Add a dining chair with slats."""
     room.legs(0.36, 0.36, 0.43, "light wood", 0.022)
     room.box("Seat", (0.43, 0.42, 0.035), (0.0, 0.0, 0.425), "light wood", 0.012)
     for x in (-0.18, 0.18):
@@ -189,7 +189,7 @@ def chair(room: Room) -> None:
 
 
 def coffee_table(room: Room) -> None:
-    """Low, with a shelf, a bowl and two books."""
+    """Add a coffee table with a shelf, a bowl and two books."""
     room.legs(0.98, 0.46, 0.38, "wood", 0.024)
     room.box("Top", (1.1, 0.56, 0.035), (0.0, 0.0, 0.375), "wood", 0.01)
     room.box("Shelf", (0.94, 0.42, 0.02), (0.0, 0.0, 0.16), "wood", 0.005)
@@ -199,14 +199,14 @@ def coffee_table(room: Room) -> None:
 
 
 def dining_table(room: Room) -> None:
-    """For four."""
+    """Add a dining table for four."""
     room.legs(1.2, 0.68, 0.71, "light wood", 0.035)
     room.box("Top", (1.35, 0.82, 0.04), (0.0, 0.0, 0.71), "light wood", 0.012)
     room.pole("Vase", (0.05, 0.035), 0.22, (0.1, 0.0, 0.75), "sky")
 
 
 def bookshelf(room: Room) -> None:
-    """Four shelves of books."""
+    """Add a bookshelf with four rows of books."""
     width, depth, height = 1.3, 0.32, 1.9
     for x in (-width / 2, width / 2):
         room.box("Side", (0.03, depth, height), (x, 0.0, 0.0), "wood")
@@ -224,7 +224,7 @@ def bookshelf(room: Room) -> None:
 
 
 def sideboard(room: Room) -> None:
-    """A low board with two doors."""
+    """Add a sideboard with two doors."""
     room.legs(1.4, 0.3, 0.16, "metal", 0.018)
     room.box("Body", (1.6, 0.42, 0.44), (0.0, 0.0, 0.16), "wood", 0.01)
     for x in (-0.4, 0.4):
@@ -232,7 +232,7 @@ def sideboard(room: Room) -> None:
 
 
 def plant(room: Room) -> None:
-    """Long leaves in a pot."""
+    """Add a potted plant with long leaves."""
     room.pole("Pot", (0.15, 0.19), 0.34, (0.0, 0.0, 0.0), "pot")
     rng = np.random.default_rng(2)
     for k in range(16):
@@ -244,20 +244,20 @@ def plant(room: Room) -> None:
 
 
 def floor_lamp(room: Room) -> None:
-    """A shade on a pole."""
+    """Add a floor lamp."""
     room.pole("Foot", (0.14, 0.14), 0.02, (0.0, 0.0, 0.0), "metal")
     room.pole("Pole", (0.012, 0.012), 1.45, (0.0, 0.0, 0.02), "metal", 10)
     room.pole("Shade", (0.20, 0.14), 0.28, (0.0, 0.0, 1.42), "lamp")
 
 
 def rug(room: Room) -> None:
-    """Flat enough to walk over."""
+    """Add a rug, flat enough to walk over."""
     room.box("Border", (2.9, 2.0, 0.008), (0.0, 0.0, 0.0), "rug edge")
     room.box("Middle", (2.7, 1.8, 0.010), (0.0, 0.0, 0.0), "rug")
 
 
 def light(scene: bpy.types.Scene) -> None:
-    """A sun, a soft light and a camera that sees the room."""
+    """Add a sun, a soft light and a camera that sees the room."""
     sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     sun.data.energy, sun.rotation_euler = 2.5, (math.radians(50), 0.0, math.radians(25))
     area = bpy.data.objects.new("Ceiling light", bpy.data.lights.new("Ceiling light", "AREA"))
@@ -266,15 +266,15 @@ def light(scene: bpy.types.Scene) -> None:
     camera.data.lens = 28
     camera.location = (5.4, -6.4, 3.3)
     camera.rotation_euler = (math.radians(68), 0.0, math.radians(38))
-    for thing in (sun, area, camera):
-        scene.collection.objects.link(thing)
+    for obj in (sun, area, camera):
+        scene.collection.objects.link(obj)
     scene.camera = camera
     scene.world = scene.world or bpy.data.worlds.new("World")
     scene.world.color = (0.75, 0.82, 0.90)
 
 
 def build(scene: bpy.types.Scene) -> None:
-    """Furnishes an empty scene."""
+    """Furnish an empty scene."""
     room = Room(scene)
     walls(room)
     pieces = (
@@ -301,7 +301,7 @@ def build(scene: bpy.types.Scene) -> None:
 
 
 def main(path: str) -> None:
-    """Writes the room as a .blend file."""
+    """Write the room to a .blend file."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     build(bpy.context.scene)
     bpy.ops.wm.save_as_mainfile(filepath=path)

@@ -1,6 +1,6 @@
-"""The demo: three ways to sit on the sofa of a furnished room, and a walk. `make demo` runs it.
+"""The demo: three takes of sitting on the sofa of a furnished room, and a walk. Run by `make demo`.
 
-Leaves beside this file demo.blend, report.json, a contact sheet of each take, and a short film.
+Writes demo.blend, report.json, a contact sheet of each take and a short film to this folder.
 """
 
 from __future__ import annotations
@@ -14,42 +14,44 @@ from pathlib import Path
 import bpy
 import build_room
 import numpy as np
-from samp_blender.samp_addon.blender import actions, contact_sheet, jobs, movie, render, reporting
+from samp_blender.samp_addon.blender.actions import keyframes
+from samp_blender.samp_addon.blender.render import contact_sheet, movie, workbench
+from samp_blender.samp_addon.blender.takes import baking, reporting
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.job import Job
-from samp_blender.samp_addon.synthesis.takes import Tools
+from samp_blender.samp_addon.pipeline.driver import Toolbox
+from samp_blender.samp_addon.pipeline.job import Job
 
 HERE = Path(__file__).resolve().parent
 SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), seed=1, variants=3, hold=2.5)
 WALK = Job(action="walk", to=(2.2, -1.6, 0.0, 0.0), start=(-2.7, -0.2, 0.0, 120.0), seed=1, hold=1.0)
 VIEWS = (contact_sheet.VIEWS[0], *contact_sheet.CLOSE_VIEWS)
 FILM_SIZE, FILM_STEP = (640, 360), 2
-TILES = 12  # frames from each side
+TILES = 12  # frames per view
 
 
-def bake(tools: Tools | None) -> jobs.Result:
-    """Furnishes an empty file and bakes all takes onto one character, the first one active."""
+def bake(tools: Toolbox | None) -> baking.Result:
+    """Furnish an empty file and bake all takes onto one character; the first one is active."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     build_room.build(scene)
-    sits = jobs.run(bpy.context, SIT, tools=tools)
-    walks = jobs.run(bpy.context, WALK, tools=tools)
-    actions.activate_action(sits.owner, sits.actions[0])
-    variants, made = sits.variants + walks.variants, sits.actions + walks.actions
+    sits = baking.run(bpy.context, SIT, tools=tools)
+    walks = baking.run(bpy.context, WALK, tools=tools)
+    keyframes.activate_action(sits.owner, sits.actions[0])
+    variants, actions = sits.variants + walks.variants, sits.actions + walks.actions
     scene.frame_end = max(variant["frame_end"] for variant in variants)
-    return jobs.Result(sits.owner, made, variants, sits.failures + walks.failures)
+    return baking.Result(sits.owner, actions, variants, sits.failures + walks.failures)
 
 
 def file_name(variant: dict) -> str:
-    """Of a take's contact sheet."""
+    """Return the file name of a take's contact sheet."""
     return variant["action_name"].lower().replace(" ", "_") + ".png"
 
 
 def sheet(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
-    """The contact sheet of a take: the whole way, then close from two sides."""
+    """Write the contact sheet of a take: an overview, then close-ups from two sides."""
     scene = bpy.context.scene
-    actions.activate_action(owner, action)
-    take = actions.read_motion(owner, action, scene=scene)
+    keyframes.activate_action(owner, action)
+    take = keyframes.read_motion(owner, action, scene=scene)
     first = int(action.frame_range[0])
     contact_sheet.contact_sheet(
         scene,
@@ -63,24 +65,24 @@ def sheet(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None
 
 
 def film(owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
-    """A take as the room's camera sees it."""
+    """Write a film of a take from the room's camera."""
     scene = bpy.context.scene
-    actions.activate_action(owner, action)
-    render.prepare(scene, *FILM_SIZE)
+    keyframes.activate_action(owner, action)
+    workbench.prepare(scene, *FILM_SIZE)
     scene.render.use_stamp = False
     first, last = (int(frame) for frame in action.frame_range)
 
-    def pictures() -> Iterator[np.ndarray]:
+    def images() -> Iterator[np.ndarray]:
         for frame in range(first, last + 1, FILM_STEP):
             scene.frame_set(frame)
-            yield render.picture(scene)
+            yield workbench.picture(scene)
 
     with contact_sheet.shadows_of_bodies(scene):
-        movie.write_movie(path, pictures(), actions.frames_per_second(scene) / FILM_STEP)
+        movie.write_movie(path, images(), keyframes.frames_per_second(scene) / FILM_STEP)
 
 
-def main(folder: Path = HERE, tools: Tools | None = None) -> int:
-    """Makes the demo; the exit status."""
+def main(folder: Path = HERE, tools: Toolbox | None = None) -> int:
+    """Make the demo and return the exit status."""
     begun = time.perf_counter()
     try:
         result = bake(tools)
@@ -101,7 +103,7 @@ def main(folder: Path = HERE, tools: Tools | None = None) -> int:
         return 1
     for failure in result.failures:
         print(f"demo: seed {failure.seed}: {failure.message}", file=sys.stderr)
-    print(f"Everything is in {folder}, after {time.perf_counter() - begun:.0f} s")
+    print(f"All files are in {folder}, after {time.perf_counter() - begun:.0f} s")
     return int(bool(result.failures))
 
 

@@ -1,4 +1,4 @@
-"""Puts pictures of the last `make test-ui` into the documentation: cropped, and with few colours.
+"""Copy screenshots of the last `make test-ui` into the documentation, cropped and with a reduced palette.
 
 python docs/update_pictures.py SHOTS
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 from PIL import Image
 
 IMAGES = Path(__file__).resolve().parent / "images"
-# Name in the documentation: the end of the shot's name, and the part that is kept (left, top, right, bottom).
+# Name in the documentation: suffix of the screenshot's name, and the crop (left, top, right, bottom) in pixels.
 PICTURES = {
     "running": ("running", (240, 80, 1310, 860)),
     "refined": ("refined", (240, 80, 1310, 930)),
@@ -21,12 +21,12 @@ COLOURS = 128
 
 
 def main(shots: Path) -> None:
-    """Writes IMAGES; a picture whose shot is missing stays as it is."""
+    """Write the pictures in IMAGES; keep a picture whose screenshot is missing."""
     IMAGES.mkdir(exist_ok=True)
     for name, (end, box) in PICTURES.items():
         found = sorted(shots.glob(f"*_{end}.png"))
         if not found:
-            print(f"There is no shot '{end}' in {shots}; run make test-ui.")
+            print(f"There is no screenshot '{end}' in {shots}; run make test-ui.")
             continue
         picture = Image.open(found[-1]).convert("RGB").crop(box)
         picture.quantize(COLOURS).save(IMAGES / f"{name}.png", optimize=True)

@@ -1,1 +1,1 @@
-"""The networks (torch) and their weights. Import torch and numpy only."""
+"""The networks and their weights. Imports torch and numpy only."""

@@ -1,4 +1,4 @@
-"""The networks that the paper measures MotionNet against (appendix C). They have no latent variable."""
+"""The baselines of MotionNet in the paper (appendix C). They have no latent variable."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .motion_net import HIDDEN, LATENT, OBJECT, OBJECT_CODE, MotionNet, three_la
 
 
 class PlainDecoder(nn.Module):
-    """Figure S.4: the interaction encoder and four fully connected layers."""
+    """Decoder of figure S.4: the interaction encoder and four fully connected layers."""
 
     def __init__(self, hidden: int = HIDDEN) -> None:
         super().__init__()
@@ -22,7 +22,7 @@ class PlainDecoder(nn.Module):
     def forward(
         self, z: torch.Tensor, x: torch.Tensor, features: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """As models.motion_net.Decoder, but z tells nothing and there are no experts to mix."""
+        """Predict the next state; see models.motion_net.Decoder.forward. z and mix_weights are ignored."""
         h = torch.cat([x, self.interaction_encoder(features)], -1)
         for layer in self.layers[:-1]:
             h = functional.elu(layer(h))
@@ -30,24 +30,24 @@ class PlainDecoder(nn.Module):
 
 
 class _Deterministic(MotionNet):
-    """A network without the state encoder, whose z is always zero."""
+    """A network whose latent variable z is always zero."""
 
     def encode(
         self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean zero and log-variance zero (B, 64): the KL divergence vanishes."""
+        """Return mean zero and log-variance zero (B, 64), with which the KL divergence vanishes."""
         zero = torch.zeros(len(x), LATENT, device=x.device)
         return zero, zero
 
     def step(
         self, x: torch.Tensor, features: torch.Tensor, z: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """As MotionNet.step; z counts for nothing."""
+        """Predict the next state; see MotionNet.step. z is ignored."""
         return super().step(x, features, torch.zeros_like(z), mix_weights)
 
 
 class Mlp(_Deterministic):
-    """MLP of the paper's tables."""
+    """The MLP of the paper's tables."""
 
     def __init__(self, hidden: int = HIDDEN) -> None:
         super().__init__(hidden)
@@ -55,12 +55,12 @@ class Mlp(_Deterministic):
 
 
 class MixtureOfExperts(_Deterministic):
-    """MoE of the paper's tables: MotionNet's decoder, its z zero."""
+    """The MoE of the paper's tables: MotionNet's decoder with z = 0."""
 
 
 NETWORKS: dict[str, type[MotionNet]] = {"motion_net": MotionNet, "mlp": Mlp, "moe": MixtureOfExperts}
 
 
 def hidden_width(tensors: dict[str, torch.Tensor]) -> int:
-    """Width of the prediction network that these weights are of."""
+    """Return the width of the prediction network from its weights."""
     return tensors["decoder.layers.0.bias"].shape[-1]

@@ -1,18 +1,22 @@
 """GoalNet (section 3.2, figure 4, appendix B.2): a conditional VAE of goals on an object.
 
-The paper gives the interaction encoder's sizes, the latent code's and the loss; the two hidden layers of 256 after
-the interaction encoder are a choice of this project, since the figure's sizes are in no text. One network serves
-both actions: sit and lie stand as one-hot input beside the object's code.
+The paper specifies the sizes of the interaction encoder and the latent code, and the loss. The two hidden layers of 256
+after the interaction encoder are a choice of this project, since the paper does not state their sizes. One network
+serves both actions, which are a one-hot input next to the object's code.
 
-Goals are the six numbers (position 3, direction 3) in the frame of the object's voxel grid: its origin the grid's
-centre, its axes the grid's, metres. Positions are divided by POSITION_SCALE and directions weighted, so that a
-decimetre weighs about as much in the loss as thirteen degrees do.
+Goals are six numbers (position 3, direction 3) in the frame of the object's voxel grid: origin at the grid's centre,
+axes of the grid, metres. Positions are divided by POSITION_SCALE and directions weighted, so that 0.1 m has about the
+same weight in the loss as 13 degrees.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import torch
 from torch import nn
+
+from . import weights
 
 ACTIONS = ("sit", "lie")
 OBJECT = 2048
@@ -20,7 +24,7 @@ OBJECT_CODE = 64
 LATENT = 3
 HIDDEN = 256
 GOAL = 6
-DIRECTION_WEIGHT = 3.0  # of a squared error of the direction beside one of the scaled position
+DIRECTION_WEIGHT = 3.0  # of squared direction errors relative to squared errors of the scaled position
 POSITION_SCALE = 0.25
 
 
@@ -40,33 +44,33 @@ class GoalNet(nn.Module):
         self.interaction_encoder = _layers(OBJECT, 512, 512, OBJECT_CODE)
         self.encoder = _layers(condition + GOAL, HIDDEN, HIDDEN, 2 * LATENT)
         self.decoder = _layers(condition + LATENT, HIDDEN, HIDDEN, GOAL)
-        # Standard deviation of z when goals are drawn, for each action; fitted after training.
+        # Standard deviation of z for sampling, for each action; fitted after training.
         self.register_buffer("temperature", torch.ones(len(ACTIONS)))
 
     def condition(self, features: torch.Tensor, action: torch.Tensor) -> torch.Tensor:
-        """Code (B, 66) of objects (B, 2048) and actions (B,), indices into ACTIONS."""
+        """Return the condition (B, 66) of objects (B, 2048) and actions (B,), indices into ACTIONS."""
         return torch.cat(
             [self.interaction_encoder(features), nn.functional.one_hot(action, len(ACTIONS))], dim=1
         )
 
     def encode(self, condition: torch.Tensor, goal: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean and log-variance (B, 3) of z for goals (B, 6), metres."""
+        """Return mean and log-variance (B, 3) of z for goals (B, 6), metres."""
         mean, log_variance = self.encoder(torch.cat([condition, _to_units(goal)], dim=1)).chunk(2, dim=1)
         return mean, log_variance.clamp(-12.0, 6.0)
 
     def decode(self, condition: torch.Tensor, z: torch.Tensor) -> torch.Tensor:
-        """Goals (B, 6) for z (B, 3): position in metres, direction as predicted, about unit length."""
+        """Return goals (B, 6) for z (B, 3): position in metres, direction as predicted, of about unit length."""
         return _to_metres(self.decoder(torch.cat([condition, z], dim=1)))
 
     def draw(self, condition: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:
-        """Goals (B, 6) on objects (B, 66) for standard normal noise (B, 3)."""
+        """Return goals (B, 6) for conditions (B, 66) and standard normal noise (B, 3)."""
         action = condition[:, -len(ACTIONS) :].argmax(1)
         return self.decode(condition, noise * self.temperature[action, None])
 
     def forward(
         self, features: torch.Tensor, action: torch.Tensor, goal: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Reconstructed goals (B, 6), and mean and log-variance (B, 3) of the z that was drawn for them."""
+        """Return reconstructed goals (B, 6), and mean and log-variance (B, 3) of the sampled z."""
         condition = self.condition(features, action)
         mean, log_variance = self.encode(condition, goal)
         z = mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
@@ -80,9 +84,9 @@ def loss(
     log_variance: torch.Tensor,
     beta: float | torch.Tensor,
 ) -> torch.Tensor:
-    """Equation 4, averaged over the batch: squared errors of position and direction, both scaled, and beta times KL.
+    """Return the loss of equation 4, averaged over the batch: scaled squared errors and beta times the KL divergence.
 
-    beta: one number, or one for each row (B,).
+    predicted, goal: (B, 6). mean, log_variance: (B, 3). beta: a number, or one for each row (B,).
     """
     error = (_to_units(predicted) - _to_units(goal)).square()
     error = error[:, :3].sum(dim=1) + DIRECTION_WEIGHT * error[:, 3:].sum(dim=1)
@@ -90,12 +94,14 @@ def loss(
     return (error + beta * divergence).mean()
 
 
-def load() -> GoalNet:
-    """The trained network in evaluation mode. Raises weights.WeightsError for a missing or damaged file."""
-    from .weights import load_weights
+def load(folder: Path | None = None) -> GoalNet:
+    """Return the trained network in evaluation mode.
 
+    folder: of other weights than the shipped ones. Raises weights.WeightsError for a file that is missing, damaged or
+    does not fit the network.
+    """
     net = GoalNet()
-    net.load_state_dict({name: tensor.float() for name, tensor in load_weights("goal_net").items()})
+    weights.fill(net, weights.load_weights("goal_net", folder), weights.weights_path("goal_net", folder))
     return net.eval()
 
 

@@ -14,17 +14,20 @@ LATENT = 64
 EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
-# Width of the prediction network. The paper has 512; half of it learns as well from this much data, in half the time.
+# Width of the prediction network. The paper uses 512; with this amount of data, half of it is as accurate in half the
+# time.
 HIDDEN = 256
-# Share of the present course (state.extrapolate) in the next state; the decoder tells the rest. All of it, and errors
-# would never die away; none of it, and thousands of steps of training go into repeating what is already known.
-COURSE = 0.75
-IN_EIGHTS = True  # whether sizes are filled up to multiples of eight on a GPU
-FROM_THE_LEFT = 4  # rows of a batch from which the experts' weights are multiplied from the left
+# Share of the extrapolated state (state.extrapolate) in the next one; the decoder predicts the rest. With 1, errors
+# would never decay; with 0, thousands of training steps are spent on reproducing what is known already.
+EXTRAPOLATED_SHARE = 0.75
+ENCODER = ("state_encoder", "interaction_encoder", "mean", "log_variance")
+"""Attributes of MotionNet that make up its encoder."""
+PAD_ON_GPU = True  # whether matrix sizes are padded to multiples of eight on a GPU
+WEIGHTS_FIRST_ROWS = 4  # batch size from which the weights are the left factor of the product
 
 
 def three_layers(sizes: tuple[int, int, int, int]) -> nn.Sequential:
-    """A fully connected network of three layers with ELU between them; sizes of input and each layer."""
+    """Return three fully connected layers with ELU in between. sizes: of the input and of each layer."""
     a, b, c, d = sizes
     return nn.Sequential(nn.Linear(a, b), nn.ELU(), nn.Linear(b, c), nn.ELU(), nn.Linear(c, d))
 
@@ -32,8 +35,8 @@ def three_layers(sizes: tuple[int, int, int, int]) -> nn.Sequential:
 class ExpertLayer(nn.Module):
     """One layer of all experts, mixed by the gate (equation 2).
 
-    The experts' outputs are mixed, not their weights: the same mathematics, since the layer is linear before its
-    activation, but one matrix product serves every sample of the batch.
+    The experts' outputs are mixed instead of their weights. The result is the same, since the layer is linear before
+    its activation, but a single matrix product serves the whole batch.
     """
 
     def __init__(self, inputs: int, outputs: int, experts: int = EXPERTS) -> None:
@@ -41,36 +44,36 @@ class ExpertLayer(nn.Module):
         bound = math.sqrt(6.0 / inputs) * 0.5
         self.weight = nn.Parameter(torch.empty(inputs, experts, outputs).uniform_(-bound, bound))
         self.bias = nn.Parameter(torch.zeros(experts, outputs))
-        self._rows: tuple[int, torch.Tensor] | None = None
+        self._transposed: tuple[int, torch.Tensor] | None = None
 
     def forward(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
-        """x: (B, inputs), gate: (B, experts). Returns (B, outputs)."""
-        if not self.training and len(x) >= FROM_THE_LEFT:
-            return self._from_the_left(x, gate)
+        """Return outputs (B, outputs) of x (B, inputs), mixed by gate (B, experts)."""
+        if not self.training and len(x) >= WEIGHTS_FIRST_ROWS:
+            return self._weights_first(x, gate)
         weight, outputs = self.weight, self.bias.shape[1]
-        if x.is_cuda and IN_EIGHTS:
-            # Matrix units take rows of eight numbers; others are multiplied at a fraction of their speed.
-            more, wider = -x.shape[1] % 8, -outputs % 8
-            x, weight = functional.pad(x, (0, more)), functional.pad(weight, (0, wider, 0, 0, 0, more))
+        if x.is_cuda and PAD_ON_GPU:
+            # Tensor cores need row lengths that are multiples of eight; other sizes run at a fraction of the speed.
+            pad_in, pad_out = -x.shape[1] % 8, -outputs % 8
+            x, weight = functional.pad(x, (0, pad_in)), functional.pad(weight, (0, pad_out, 0, 0, 0, pad_in))
         each = (x @ weight.flatten(1)).unflatten(1, weight.shape[1:])
         mixed = torch.bmm(gate[:, None], each)[:, 0, :outputs]
         return mixed + gate @ self.bias
 
-    def _from_the_left(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
-        """The same product with the weights on the left: for some ten rows, the libraries are half as quick again."""
-        if self._rows is None or self._rows[0] != self.weight._version:
-            self._rows = self.weight._version, self.weight.detach().flatten(1).t().contiguous()
-        each = (self._rows[1] @ x.t()).unflatten(0, self.bias.shape)
+    def _weights_first(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
+        """Compute the same product with the weights as left factor: 1.5 times as fast for about ten rows."""
+        if self._transposed is None or self._transposed[0] != self.weight._version:
+            self._transposed = self.weight._version, self.weight.detach().flatten(1).t().contiguous()
+        each = (self._transposed[1] @ x.t()).unflatten(0, self.bias.shape)
         return (each * gate.t()[:, None]).sum(0).t() + gate @ self.bias
 
     def forward_mixed_weights(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
-        """The same by equation 2 to the letter, a weight matrix for each sample: slow, for tests and benchmarks."""
+        """Compute the same literally by equation 2, a weight matrix for each sample: slow, for tests and benchmarks."""
         weight = torch.einsum("bk,iko->bio", gate, self.weight)
         return torch.bmm(x[:, None], weight)[:, 0] + gate @ self.bias
 
 
 class Decoder(nn.Module):
-    """Gating network and prediction network: z, the object's code and the state before give the next state."""
+    """Gating network and prediction network: the next state from z, the object's code and the previous state."""
 
     def __init__(self, size: int = state.SIZE, hidden: int = HIDDEN) -> None:
         super().__init__()
@@ -87,7 +90,10 @@ class Decoder(nn.Module):
     def forward(
         self, z: torch.Tensor, x: torch.Tensor, features: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """z: (B, 64), x: (B, 647), features: (B, 2048); normalised in and out. Returns (B, 647)."""
+        """Return (B, 647) for z (B, 64), x (B, 647) and features (B, 2048); inputs and output are normalised.
+
+        mix_weights: mix the experts' weights instead of their outputs; slow.
+        """
         gate = torch.softmax(self.gate(torch.cat([z, x], -1)), -1)
         h = torch.cat([x, self.interaction_encoder(features)], -1)
         for k, layer in enumerate(self.layers):
@@ -98,10 +104,10 @@ class Decoder(nn.Module):
 
 
 class MotionNet(nn.Module):
-    """The whole network. Buffers hold the normalisation of inputs, targets and the object's features.
+    """The complete network. Buffers hold the normalisation of inputs, targets and the object's features.
 
-    The decoder tells the next state as its difference from a share of the course that the present one is on: a
-    frame is a thirtieth of a second, and most of what follows is already said.
+    The decoder predicts the difference of the next state from a share of the extrapolated one: in a thirtieth of a
+    second, most of the next state follows from the present one.
     """
 
     def __init__(self, hidden: int = HIDDEN) -> None:
@@ -111,21 +117,28 @@ class MotionNet(nn.Module):
         self.mean = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.log_variance = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.decoder = Decoder(hidden=hidden)
-        # How many numbers of z, the first ones, are drawn once for a whole take; the others are drawn every frame.
+        # Count of the leading components of z that are drawn once for a whole take; the others are drawn every frame.
         self.register_buffer("held", torch.zeros((), dtype=torch.int64))
         for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
 
+    def drop_encoder(self) -> None:
+        """Remove the encoder, which only training needs and which is not shipped; `encode` fails afterwards."""
+        for part in ENCODER:
+            delattr(self, part)
+
     def normalised_object(self, features: torch.Tensor) -> torch.Tensor:
-        """The object's features (B, 2048), normalised."""
+        """Normalise the object's features (B, 2048)."""
         return (features - self.object_mean) / self.object_std
 
     def encode(
         self, x: torch.Tensor, y: torch.Tensor, features: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I). x: states (B, 647), y: change (B, 647); all
-        normalised."""
+        """Return mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I).
+
+        x: states (B, 647). y: changes (B, 647), see `change`. features: (B, 2048). All are normalised.
+        """
         code = self.interaction_encoder(features)
         h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code], -1)
         return self.mean(h), self.log_variance(h).clamp(-8.0, 4.0)
@@ -133,19 +146,19 @@ class MotionNet(nn.Module):
     def step(
         self, x: torch.Tensor, features: torch.Tensor, z: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """The next states (B, 647), told in the root frame of x.
+        """Predict the next states (B, 647), expressed in the root frame of x.
 
-        x: (B, 647) as state.py lays it out; features: (B, 2048) of the object; neither normalised. z: (B, 64).
+        x: (B, 647) in the layout of state.py; features: (B, 2048) of the object; neither is normalised. z: (B, 64).
         """
         y = self.decoder(
             z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights
         )
-        return self.told(y, x)
+        return self.next_state(y, x)
 
     def change(self, y: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
-        """What the decoder has to say so that the states y (B, 647) follow the states x (B, 647)."""
-        return (y - COURSE * state.extrapolate(x) - self.target_mean) / self.target_std
+        """Return the decoder output (B, 647) that leads from states x (B, 647) to y (B, 647); see `next_state`."""
+        return (y - EXTRAPOLATED_SHARE * state.extrapolate(x) - self.target_mean) / self.target_std
 
-    def told(self, change: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
-        """The states (B, 647) that follow the states x (B, 647) when the decoder says ``change`` (B, 647)."""
-        return COURSE * state.extrapolate(x) + change * self.target_std + self.target_mean
+    def next_state(self, change: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
+        """Return the states (B, 647) that follow states x (B, 647) for a decoder output ``change`` (B, 647)."""
+        return EXTRAPOLATED_SHARE * state.extrapolate(x) + change * self.target_std + self.target_mean

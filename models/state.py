@@ -1,7 +1,7 @@
-"""The 647 numbers of SAMP's state X (equation 1), their layout, and how a rollout moves them to the next root.
+"""The 647 numbers of SAMP's state X (equation 1): their layout, and conversion between root frames.
 
 All geometry is in the network frame (metres, Y up, +Z forward). A *root* is the pelvis projected onto the floor with
-the yaw of the body's heading; it is stored as (x, z, yaw). Horizontal vectors are pairs (x, z).
+the yaw of the body's heading, stored as (x, z, yaw). Horizontal vectors are pairs (x, z).
 """
 
 from __future__ import annotations
@@ -25,31 +25,34 @@ GOAL_TRAJECTORY = slice(452, 504)  # samples x (position 2, direction 2), in the
 GOAL = slice(504, 647)  # samples x (position 3, direction 3, action 5), in the root frame
 
 SAMPLE_OFFSETS = (np.arange(SAMPLES) - NOW) * SAMPLE_STRIDE
-_LEFT_RIGHT = ((1, 2), (16, 17))  # hips and shoulders span the body's across direction
+_LEFT_RIGHT = (
+    (1, 2),
+    (16, 17),
+)  # pairs of left and right joints that define the lateral direction: hips and shoulders
 
 
 def heading_yaw(positions: torch.Tensor) -> torch.Tensor:
-    """Yaw (...,) of bodies with joint positions (..., 22, 3): hips' and shoulders' mean line crossed with up."""
+    """Return yaws (...,) of bodies with joints (..., 22, 3): mean of hip and shoulder line, crossed with up."""
     across = sum(positions[..., left, :] - positions[..., right, :] for left, right in _LEFT_RIGHT)
     # left x up = forward: (x, 0, z) x (0, 1, 0) = (-z, 0, x)
     return torch.atan2(-across[..., 2], across[..., 0])
 
 
 def turn(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
-    """Horizontal pairs (..., 2) turned by yaw (...), positive from +Z towards +X."""
+    """Rotate horizontal pairs (..., 2) by yaws (...), positive from +Z towards +X."""
     c, s = torch.cos(yaw), torch.sin(yaw)
     x, z = vectors[..., 0], vectors[..., 1]
     return torch.stack([c * x + s * z, c * z - s * x], dim=-1)
 
 
 def turn3(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
-    """Vectors (..., 3) turned about the vertical by yaw (...)."""
+    """Rotate vectors (..., 3) about the vertical by yaws (...)."""
     flat = turn(vectors[..., 0::2], yaw)
     return torch.stack([flat[..., 0], vectors[..., 1], flat[..., 1]], dim=-1)
 
 
 def to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
-    """World points (N, ..., 3) in the frames of roots (N, 3)."""
+    """Express world points (N, ..., 3) in the frames of roots (N, 3)."""
     shape = (-1,) + (1,) * (points.dim() - 2)
     origin = torch.stack([root[:, 0], torch.zeros_like(root[:, 0]), root[:, 1]], -1)
     yaw = root[:, 2].reshape(shape).expand(points.shape[:-1])
@@ -57,21 +60,21 @@ def to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
 
 
 def flat_to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
-    """World floor points (N, ..., 2) in the frames of roots (N, 3)."""
+    """Express world points on the floor (N, ..., 2) in the frames of roots (N, 3)."""
     shape = (-1,) + (1,) * (points.dim() - 2)
     yaw = root[:, 2].reshape(shape).expand(points.shape[:-1])
     return turn(points - root[:, :2].reshape(*shape, 2), -yaw)
 
 
 def direction(yaw: torch.Tensor) -> torch.Tensor:
-    """Unit pairs (..., 2) that face yaw (...)."""
+    """Return horizontal unit vectors (..., 2) of yaws (...)."""
     return torch.stack([torch.sin(yaw), torch.cos(yaw)], dim=-1)
 
 
 def reroot(state: torch.Tensor) -> torch.Tensor:
-    """Predicted states (B, 647), told in the root frame before, told in the frame of their own root.
+    """Convert predicted states (B, 647) from the previous root frame to the frames of their own roots.
 
-    Only what is relative to the root changes; the goal's slices are the caller's to fill in.
+    Only pose and trajectory are converted; FUTURE, GOAL_TRAJECTORY and GOAL have to be filled in by the caller.
     """
     pose = state[:, POSE].reshape(-1, JOINTS, 4, 3)
     trajectory = state[:, TRAJECTORY].reshape(-1, SAMPLES, 9)
@@ -90,9 +93,9 @@ def reroot(state: torch.Tensor) -> torch.Tensor:
 
 
 def consistent(state: torch.Tensor) -> torch.Tensor:
-    """States (B, 647) whose FUTURE and GOAL_TRAJECTORY follow from their own pose, trajectory and goal.
+    """Recompute FUTURE and GOAL_TRAJECTORY of states (B, 647) from their pose, trajectory and goal.
 
-    As at run time: nothing in the state then knows more of the future than the trajectory does.
+    As in a rollout, the state then contains no information about the future beyond the trajectory.
     """
     joints = state[:, POSE].reshape(-1, JOINTS, 4, 3)[:, :, 0]
     trajectory = state[:, TRAJECTORY].reshape(-1, SAMPLES, 9)
@@ -100,17 +103,17 @@ def consistent(state: torch.Tensor) -> torch.Tensor:
     ahead = torch.cat([trajectory[:, -1, :2], yaw[:, -1:]], -1)
     goal = state[:, GOAL].reshape(-1, SAMPLES, 11)[:, NOW]
     frame = torch.stack([goal[:, 0], goal[:, 2], torch.atan2(goal[:, 3], goal[:, 5])], -1)
-    seen = torch.cat([flat_to_root(trajectory[..., :2], frame), direction(yaw - frame[:, 2:])], -1)
+    relative = torch.cat([flat_to_root(trajectory[..., :2], frame), direction(yaw - frame[:, 2:])], -1)
     out = state.clone()
     out[:, FUTURE] = to_root(joints, ahead).reshape(len(state), -1)
-    out[:, GOAL_TRAJECTORY] = seen.reshape(len(state), -1)
+    out[:, GOAL_TRAJECTORY] = relative.reshape(len(state), -1)
     return out
 
 
 def extrapolate(state: torch.Tensor) -> torch.Tensor:
-    """What the next states (B, 647) would be if nothing changed its course; told in the same root frames.
+    """Extrapolate states (B, 647) by one frame, in the same root frames.
 
-    Joints go on at their velocities, the window of the trajectory slides by one frame; contacts are left at zero.
+    Joints continue at their velocities and the trajectory window moves by one frame; contacts are set to zero.
     """
     out = state.clone()
     pose = out[:, POSE].view(-1, JOINTS, 4, 3)
@@ -135,9 +138,9 @@ def assemble(
     goal: torch.Tensor,
     window_goals: torch.Tensor,
 ) -> torch.Tensor:
-    """States (N, 647) of N frames.
+    """Assemble states (N, 647) of N frames.
 
-    reference: (N, 3) roots in whose frames the states are told. joints: (N, 22, 3) world positions. axes:
+    reference: (N, 3) roots in whose frames the states are expressed. joints: (N, 22, 3) world positions. axes:
     (N, 22, 2, 3) world forward and up columns. velocities: (N, 22, 3) m/s. future_root: (N, 3) one second ahead.
     window_roots: (N, 13, 3). window_actions: (N, 13, 5). contacts: (N, 5). goal: (N, 6) the current goal's world
     position and direction. window_goals: (N, 13, 11) world position, direction, action.
@@ -173,12 +176,13 @@ def assemble(
 def interaction_features(
     centres: torch.Tensor, occupancy: torch.Tensor, root: torch.Tensor, reach: float = 3.0
 ) -> torch.Tensor:
-    """The object's 2048 numbers in the frames of roots (N, 3).
+    """Return the object's features (N, 2048) in the frames of roots (N, 3).
 
-    centres: (N, 512, 3) world cell centres; occupancy: (N, 512). The object fades out with the distance of its
-    middle, from ``reach`` minus half a metre to ``reach`` metres; beyond, all is zero, as while no object is near.
+    centres: (N, 512, 3) world cell centres. occupancy: (N, 512). The features fade to zero with the distance of the
+    object's centre, from ``reach`` minus 0.5 m to ``reach`` metres.
     """
     local = to_root(centres, root)
-    distance = local.mean(1)[:, 0::2].norm(dim=-1)
+    # Contiguous, because the norm of a strided row is rounded differently.
+    distance = local.mean(1)[:, 0::2].contiguous().norm(dim=-1)
     weight = ((reach - distance) / 0.5).clamp(0.0, 1.0)
     return (torch.cat([local, occupancy[..., None]], -1) * weight[:, None, None]).reshape(len(root), -1)

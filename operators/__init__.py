@@ -1,11 +1,11 @@
-"""Everything an artist can press: one file for each operator, named as its id (``bpy.ops.samp.<name>``)."""
+"""The operators, ``bpy.ops.samp.<name>``: one file each, named as the id."""
 
 from __future__ import annotations
 
 import importlib
 
-# The one list of operators. A new one is a file beside this, and its name here. Each imports the program when
-# it is used, not when it is registered: Blender starts no slower for having it.
+# All operators; a new one is a file in this folder and its name here. Each imports the program when it runs, not when
+# it is registered, so that Blender's start stays fast.
 OPERATORS = (
     "create_character",
     "generate",
@@ -38,7 +38,7 @@ OPERATORS = (
 
 
 def operator_class(name: str) -> type:
-    """The class in ``operators/<name>.py`` whose ``bl_idname`` is ``samp.<name>``."""
+    """Return the class in ``operators/<name>.py`` whose ``bl_idname`` is ``samp.<name>``."""
     module = importlib.import_module(f".{name}", __package__)
     for member in vars(module).values():
         if isinstance(member, type) and getattr(member, "bl_idname", None) == f"samp.{name}":
@@ -47,27 +47,26 @@ def operator_class(name: str) -> type:
 
 
 def register() -> None:
-    """Registers the operators, then the panel that shows them."""
+    """Register the operators, then the panels that show them."""
     import bpy
 
     from ..samp_addon import ui
-    from ..samp_addon.blender import rig_table
-    from . import thread_operator
+    from ..samp_addon.blender.rigs import bone_table
 
-    rig_table.register()
+    bone_table.register()
     for name in OPERATORS:
         bpy.utils.register_class(operator_class(name))
-    ui.register(thread_operator.running)
+    ui.register()
 
 
 def unregister() -> None:
-    """Undoes ``register`` in the opposite order."""
+    """Undo ``register`` in reverse order."""
     import bpy
 
     from ..samp_addon import ui
-    from ..samp_addon.blender import rig_table
+    from ..samp_addon.blender.rigs import bone_table
 
     ui.unregister()
     for name in reversed(OPERATORS):
         bpy.utils.unregister_class(operator_class(name))
-    rig_table.unregister()
+    bone_table.unregister()

@@ -1,4 +1,4 @@
-"""Add Way-point: a place at the 3D cursor that ways pass."""
+"""Add Way-point: a point at the 3D cursor that the path passes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from . import outcome
 
 
 class SAMP_OT_add_waypoint(bpy.types.Operator):
-    """Put a way-point at the 3D cursor; drag it like any object, and the next take passes it"""
+    """Add a way-point at the 3D cursor, which the path of the next take passes; it can be moved like any object"""
 
     bl_idname = "samp.add_waypoint"
     bl_label = "Add Way-point"
@@ -22,6 +22,6 @@ class SAMP_OT_add_waypoint(bpy.types.Operator):
         return outcome.run(self, lambda: self._add(context))
 
     def _add(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import waypoints
+        from ..samp_addon.blender.overlays import waypoints
 
         return f"Added '{waypoints.add(context, context.scene.cursor.location).name}'."

@@ -1,4 +1,4 @@
-"""Bake: a take from a file as keyframes on the character."""
+"""Import AMASS .npz: a take from a file as keyframes on the character."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from . import outcome
 
 
 class SAMP_OT_bake(bpy.types.Operator):
-    """Bake a take from an AMASS .npz file into a new Action of the character"""
+    """Import a take from an AMASS .npz file as a new Action of the character"""
 
     bl_idname = "samp.bake"
-    bl_label = "Bake Take"
+    bl_label = "Import AMASS .npz"
     bl_options = {"REGISTER", "UNDO"}
 
-    filepath: StringProperty(name="File", description="AMASS .npz file with the take", subtype="FILE_PATH")
+    filepath: StringProperty(name="File", description="AMASS .npz file of the take", subtype="FILE_PATH")
     filter_glob: StringProperty(default="*.npz", options={"HIDDEN"})
     character: StringProperty(
-        name="Character", description="SMPL-X armature; empty: the active one, or the only one"
+        name="Character", description="SMPL-X armature; if empty, the active one or the only one"
     )
-    action_name: StringProperty(name="Action", description="Name of the new Action; empty: that of the file")
-    frame_start: IntProperty(name="Start Frame", default=1)
+    action_name: StringProperty(
+        name="Action", description="Name of the new Action; if empty, that of the file"
+    )
+    frame_start: IntProperty(name="Start Frame", description="First frame of the new Action", default=1)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender import takes
-
-        return takes.can_bake(context, cls.poll_message_set)
+        return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.window_manager.fileselect_add(self)
@@ -37,9 +37,11 @@ class SAMP_OT_bake(bpy.types.Operator):
         return outcome.run(self, lambda: self._bake(context))
 
     def _bake(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import amass_files
 
         path = bpy.path.abspath(self.filepath)
-        armature, action = takes.bake_file(context, path, self.character, self.action_name, self.frame_start)
+        armature, action = amass_files.import_take(
+            context, path, self.character, self.action_name, self.frame_start
+        )
         first, last = (int(frame) for frame in action.frame_range)
         return f"Baked '{action.name}' onto '{armature.name}', frames {first} to {last}."

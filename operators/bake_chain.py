@@ -1,4 +1,4 @@
-"""Bake Chain: all steps of the sidebar's chain as one take."""
+"""Bake Steps: all steps of the sidebar as one take."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .settings_operator import SettingsOperator
+from .job_operator import SettingsOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SAMP_OT_bake_chain(SettingsOperator, bpy.types.Operator):
-    """Do all steps of the chain one after another, as one take"""
+    """Generate one take of all steps in order, as a new Action"""
 
     bl_idname = "samp.bake_chain"
-    bl_label = "Bake Chain"
+    bl_label = "Bake Steps"
 
     @classmethod
     def why_not(cls, context: bpy.types.Context) -> str:
         return "" if context.scene.samp.steps else "Add a step first"
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.blender import asking
+        from ..samp_addon.ui import job_from_settings
 
-        return asking.chain(context)
+        return job_from_settings.job_of_steps(context)

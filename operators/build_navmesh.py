@@ -1,4 +1,4 @@
-"""Build Navmesh: where a character can walk."""
+"""Build Navmesh: show the walkable ground."""
 
 from __future__ import annotations
 
@@ -11,31 +11,46 @@ from . import outcome
 
 
 class SAMP_OT_build_navmesh(bpy.types.Operator):
-    """Show where in the scene a character can walk"""
+    """Build the navmesh of the scene and show where a character can walk"""
 
     bl_idname = "samp.build_navmesh"
     bl_label = "Build Navmesh"
     bl_options = {"REGISTER", "UNDO"}
 
     radius: FloatProperty(
-        name="Radius", description="Half the character's width", default=0.22, min=0.05, max=2, unit="LENGTH"
+        name="Radius", description="Radius of the character", default=0.22, min=0.05, max=2, unit="LENGTH"
     )
     height: FloatProperty(
-        name="Height", description="Headroom that it needs", default=1.7, min=0.2, max=5, unit="LENGTH"
+        name="Height",
+        description="Height that the character needs to stand",
+        default=1.7,
+        min=0.2,
+        max=5,
+        unit="LENGTH",
     )
     step: FloatProperty(
-        name="Step", description="Highest step that it climbs", default=0.25, min=0, max=1, unit="LENGTH"
+        name="Step",
+        description="Highest step that the character climbs",
+        default=0.25,
+        min=0,
+        max=1,
+        unit="LENGTH",
     )
     slope: FloatProperty(
         name="Slope",
-        description="Steepest ground that it walks on",
+        description="Steepest slope that the character walks on",
         default=math.radians(40),
         min=0,
         max=math.radians(80),
         subtype="ANGLE",
     )
     cell: FloatProperty(
-        name="Cell", description="Fineness of the mesh", default=0.05, min=0.02, max=0.5, unit="LENGTH"
+        name="Cell",
+        description="Size of the cells in which the ground is sampled",
+        default=0.05,
+        min=0.02,
+        max=0.5,
+        unit="LENGTH",
     )
 
     @classmethod
@@ -46,10 +61,9 @@ class SAMP_OT_build_navmesh(bpy.types.Operator):
         return outcome.run(self, lambda: self._build(context))
 
     def _build(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import steps
-        from ..samp_addon.scene.navmesh import Agent
+        from ..samp_addon.blender.overlays import previews
 
-        agent = Agent(self.radius, self.height, self.step, self.slope)
-        shown, mesh = steps.build_navmesh(context, agent, self.cell)
+        agent = previews.Agent(self.radius, self.height, self.step, self.slope)
+        shown, mesh = previews.build_navmesh(context, agent, self.cell)
         laid = "; the scene has no floor, so one was assumed" if mesh.laid_ground is not None else ""
         return f"'{shown.name}' shows {mesh.area:.0f} m2 of walkable ground in {len(mesh)} polygons{laid}."

@@ -1,4 +1,4 @@
-"""Clear Overlays: what was drawn into the scene to be looked at or dragged, taken away."""
+"""Clear Overlays: delete goals, way-points, navmesh, path and voxels."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from . import outcome
 
 
 class SAMP_OT_clear_overlays(bpy.types.Operator):
-    """Take away what SAMP has drawn into the scene; takes stay"""
+    """Delete the goals, way-points, navmesh, path and voxels that SAMP has added to the scene"""
 
     bl_idname = "samp.clear_overlays"
-    bl_label = "Clear"
+    bl_label = "Clear Overlays"
     bl_options = {"REGISTER", "UNDO"}
 
     what: EnumProperty(
         name="What",
+        description="Kind of overlays to delete",
         items=(
             ("ALL", "All", "Goals, way-points, navmesh, path and voxels"),
-            ("GOALS", "Goals", "The goals' arrows"),
-            ("WAYPOINTS", "Way-points", "The way-points"),
+            ("GOALS", "Goals", "Arrows of goals"),
+            ("WAYPOINTS", "Way-points", "Way-points of the path"),
             ("PICTURES", "Pictures", "Navmesh, path and voxels"),
         ),
     )
@@ -33,8 +34,8 @@ class SAMP_OT_clear_overlays(bpy.types.Operator):
         return outcome.run(self, lambda: self._clear(context))
 
     def _clear(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import goals, overlays, waypoints
+        from ..samp_addon.blender.overlays import drawing, goal_arrows, waypoints
 
-        clears = {"GOALS": goals.clear, "WAYPOINTS": waypoints.clear, "PICTURES": overlays.clear}
+        clears = {"GOALS": goal_arrows.clear, "WAYPOINTS": waypoints.clear, "PICTURES": drawing.clear}
         count = sum(clear(context) for name, clear in clears.items() if self.what in ("ALL", name))
         return f"Cleared {count} object{'' if count == 1 else 's'}."

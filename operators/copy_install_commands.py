@@ -1,4 +1,4 @@
-"""Copy Install Commands: what is missing can be pasted into a terminal."""
+"""Copy Install Commands: the commands that install missing Python packages."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from . import outcome
 
 
 class SAMP_OT_copy_install_commands(bpy.types.Operator):
-    """Copy the commands that add the missing Python packages, for a terminal"""
+    """Copy the commands that install the missing Python packages to the clipboard"""
 
     bl_idname = "samp.copy_install_commands"
     bl_label = "Copy Install Commands"
@@ -18,7 +18,7 @@ class SAMP_OT_copy_install_commands(bpy.types.Operator):
         return outcome.run(self, lambda: self._copy(context))
 
     def _copy(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import preferences
+        from ..samp_addon.ui import preferences
 
         context.window_manager.clipboard = preferences.install_commands()
-        return "Copied; paste them into a terminal, then start Blender again."
+        return "Copied the commands; paste them into a terminal, then restart Blender."

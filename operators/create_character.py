@@ -14,30 +14,30 @@ def _shape(name: str, description: str) -> object:
 
 
 class SAMP_OT_create_character(bpy.types.Operator):
-    """Make a person on an SMPL-X armature, standing at the 3D cursor"""
+    """Create a human on an SMPL-X armature at the 3D cursor"""
 
     bl_idname = "samp.create_character"
     bl_label = "Create Character"
     bl_options = {"REGISTER", "UNDO"}
 
-    name: StringProperty(name="Name", default="Human")
+    name: StringProperty(name="Name", description="Name of the new armature", default="Human")
     location: FloatVectorProperty(
-        name="Location", description="Where the soles stand", subtype="TRANSLATION", size=3
+        name="Location", description="Location of the soles", subtype="TRANSLATION", size=3
     )
     yaw: FloatProperty(
         name="Facing",
-        description="Turn to the left from facing -Y, seen from above",
+        description="Rotation to the left from facing -Y, seen from above",
         subtype="ANGLE",
         default=0.0,
     )
-    male: _shape("Male", "Towards a man's figure")
-    female: _shape("Female", "Towards a woman's figure")
-    tall: _shape("Tall", "Longer bones")
-    short: _shape("Short", "Shorter bones")
-    heavy: _shape("Heavy", "More weight")
-    thin: _shape("Thin", "Less weight")
-    muscular: _shape("Muscular", "More muscle")
-    elder: _shape("Elder", "An older figure")
+    male: _shape("Male", "Weight of a male figure")
+    female: _shape("Female", "Weight of a female figure")
+    tall: _shape("Tall", "Weight of a tall figure")
+    short: _shape("Short", "Weight of a short figure")
+    heavy: _shape("Heavy", "Weight of a heavy figure")
+    thin: _shape("Thin", "Weight of a thin figure")
+    muscular: _shape("Muscular", "Weight of a muscular figure")
+    elder: _shape("Elder", "Weight of an elderly figure")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -51,7 +51,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
         return outcome.run(self, lambda: self._create(context))
 
     def _create(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import character
+        from ..samp_addon.blender.character import character
 
         shapes = {name: getattr(self, name) for name in SHAPES}
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)

@@ -1,4 +1,4 @@
-"""Delete Take: takes a take, or all without a star, out of the file."""
+"""Delete Take: delete a take, or all takes without a star."""
 
 from __future__ import annotations
 
@@ -9,34 +9,44 @@ from .take_operator import TakeOperator
 
 
 class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
-    """Delete this take"""
+    """Delete this take from the file"""
 
     bl_idname = "samp.delete_take"
     bl_label = "Delete Take"
 
     unstarred: BoolProperty(
-        name="All Without Star", description="Every take that has no star", options={"SKIP_SAVE"}
+        name="All Without Star", description="Delete all takes without a star", options={"SKIP_SAVE"}
     )
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Ask before several takes are deleted."""
+        if not self.unstarred or bpy.app.background:
+            return self.execute(context)
+        return context.window_manager.invoke_confirm(self, event)
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+        return "Delete all takes without a star, after asking" if properties.unstarred else cls.__doc__
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action | None:
         return None if self.unstarred else super().take(context)
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action | None) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
-        told = self._deleted(take)
-        chosen = context.scene.samp.character
-        if chosen is not None:
-            take_list.show_some(chosen)
-        return told
+        message = self._delete(take)
+        character = context.scene.samp.character
+        if character is not None:
+            take_list.show_remaining(character)
+        return message
 
-    def _deleted(self, take: bpy.types.Action | None) -> str:
-        from ..samp_addon.blender import take_list
+    def _delete(self, take: bpy.types.Action | None) -> str:
+        from ..samp_addon.blender.takes import take_list
 
         if take is not None:
             name = take.name
             take_list.delete(take)
             return f"Deleted '{name}'."
         deleted, kept = take_list.delete_unstarred()
-        told = f"Deleted {deleted} take{'' if deleted == 1 else 's'}."
-        return told + (f" {kept} that NLA strips play or that are linked were kept." if kept else "")
+        message = f"Deleted {deleted} take{'' if deleted == 1 else 's'}."
+        return message + (f" Kept {kept} that are linked or played by NLA strips." if kept else "")

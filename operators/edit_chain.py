@@ -1,4 +1,4 @@
-"""Edit Chain: steps are added, taken away and moved."""
+"""Edit Steps: add, remove and move steps."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from bpy.props import EnumProperty
 
 
 class SAMP_OT_edit_chain(bpy.types.Operator):
-    """Change the steps of the chain"""
+    """Add, remove or move a step"""
 
     bl_idname = "samp.edit_chain"
-    bl_label = "Edit Chain"
+    bl_label = "Edit Steps"
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
     change: EnumProperty(
         name="Change",
+        description="How to change the list of steps",
         items=(
-            ("ADD", "Add", "A step with the action and target chosen above"),
-            ("REMOVE", "Remove", "Take the chosen step away"),
-            ("UP", "Up", "Do the chosen step earlier"),
-            ("DOWN", "Down", "Do the chosen step later"),
+            ("ADD", "Add", "Add a step with the current action and target"),
+            ("REMOVE", "Remove", "Remove the active step"),
+            ("UP", "Up", "Move the active step up"),
+            ("DOWN", "Down", "Move the active step down"),
         ),
     )
 
@@ -32,11 +33,11 @@ class SAMP_OT_edit_chain(bpy.types.Operator):
         steps, at = settings.steps, settings.step_index
         if self.change == "ADD":
             step = steps.add()
-            step.action, step.target = settings.action, settings.target or self._clicked(context)
+            step.action, step.target = settings.action, settings.target or self._selected_target(context)
             step.place = context.scene.cursor.location
             settings.step_index = len(steps) - 1
         elif not 0 <= at < len(steps):
-            self.report({"INFO"}, "No step is chosen; click one in the list.")
+            self.report({"INFO"}, "No step is active; click one in the list.")
             return {"CANCELLED"}
         elif self.change == "REMOVE":
             steps.remove(at)
@@ -47,12 +48,13 @@ class SAMP_OT_edit_chain(bpy.types.Operator):
             settings.step_index = to
         return {"FINISHED"}
 
-    def _clicked(self, context: bpy.types.Context) -> bpy.types.Object | None:
-        """The furniture that is active or selected, for actions that need one."""
-        from ..samp_addon.blender import targets
+    def _selected_target(self, context: bpy.types.Context) -> bpy.types.Object | None:
+        """Return the furniture that is active or selected, for actions that need a target."""
+        from ..samp_addon.blender.scene import targets
         from ..samp_addon.errors import SampError
+        from ..samp_addon.vocabulary import SEATED
 
-        if context.scene.samp.action not in ("sit", "lie"):
+        if context.scene.samp.action not in SEATED:
             return None
         try:
             return context.scene.objects.get(targets.clicked_target(context))

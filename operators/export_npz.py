@@ -1,4 +1,4 @@
-"""Export .npz: the character's Action as an AMASS SMPL-X file."""
+"""Export AMASS .npz: the character's Action as an AMASS SMPL-X file."""
 
 from __future__ import annotations
 
@@ -9,24 +9,22 @@ from . import outcome
 
 
 class SAMP_OT_export_npz(bpy.types.Operator):
-    """Write the character's active Action as an AMASS SMPL-X .npz file"""
+    """Export the character's active Action as an AMASS SMPL-X .npz file"""
 
     bl_idname = "samp.export_npz"
-    bl_label = "Export .npz"
+    bl_label = "Export AMASS .npz"
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(name="File", description="Where to write the take", subtype="FILE_PATH")
+    filepath: StringProperty(name="File", description="File to write", subtype="FILE_PATH")
     filter_glob: StringProperty(default="*.npz", options={"HIDDEN"})
     character: StringProperty(
-        name="Character", description="SMPL-X armature; empty: the active one, or the only one"
+        name="Character", description="SMPL-X armature; if empty, the active one or the only one"
     )
-    action_name: StringProperty(name="Action", description="The Action to write; empty: the active one")
+    action_name: StringProperty(name="Action", description="Action to export; if empty, the active one")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender import takes
-
-        return takes.can_bake(context, cls.poll_message_set)
+        return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.filepath = self.filepath or "take.npz"
@@ -37,7 +35,9 @@ class SAMP_OT_export_npz(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import takes
+        from ..samp_addon.blender.takes import amass_files
 
-        path = takes.export_file(context, bpy.path.abspath(self.filepath), self.character, self.action_name)
+        path = amass_files.export_take(
+            context, bpy.path.abspath(self.filepath), self.character, self.action_name
+        )
         return f"Wrote '{path}'."

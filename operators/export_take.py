@@ -1,4 +1,4 @@
-"""Export Take: the character with its take in another program's file."""
+"""Export Take: the character with its take, for other programs."""
 
 from __future__ import annotations
 
@@ -8,40 +8,40 @@ from bpy.props import EnumProperty, StringProperty
 from . import outcome
 
 FORMATS = (
-    ("NPZ", "AMASS .npz", "SMPL-X parameters, as AMASS has them"),
+    ("NPZ", "AMASS .npz", "SMPL-X parameters as in the AMASS dataset"),
     ("FBX", "FBX", "Armature, mesh and animation"),
     ("GLTF", "glTF", "Armature, mesh and animation as .glb"),
     ("USD", "USD", "Armature, mesh and animation"),
-    ("BVH", "BVH", "The skeleton's animation alone"),
+    ("BVH", "BVH", "Animation of the skeleton only"),
 )
 
 
 class SAMP_OT_export_take(bpy.types.Operator):
-    """Write the character and its active take to a file for other programs"""
+    """Export the character with its active take to a file for other programs"""
 
     bl_idname = "samp.export_take"
     bl_label = "Export Take"
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
-    kind: EnumProperty(name="Format", items=FORMATS, default="FBX")
+    filepath: StringProperty(
+        name="File", description="File to write", subtype="FILE_PATH", options={"SKIP_SAVE"}
+    )
+    kind: EnumProperty(name="Format", description="Format of the file", items=FORMATS, default="FBX")
     character: StringProperty(
         name="Character",
-        description="SMPL-X armature; empty: the active one, or the only one",
+        description="SMPL-X armature; if empty, the active one or the only one",
         options={"SKIP_SAVE"},
     )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender import takes
-
-        return takes.can_bake(context, cls.poll_message_set)
+        return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        from ..samp_addon.blender import exporting
+        from ..samp_addon.blender.takes import export
 
         if not self.filepath:
-            self.filepath = f"take{exporting.SUFFIXES[self.kind]}"
+            self.filepath = f"take{export.SUFFIXES[self.kind]}"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -49,7 +49,8 @@ class SAMP_OT_export_take(bpy.types.Operator):
         return outcome.run(self, lambda: self._export(context))
 
     def _export(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import asking, exporting
+        from ..samp_addon.blender.takes import export
+        from ..samp_addon.ui import job_from_settings
 
-        name = self.character or asking.character_name(context.scene.samp)
-        return f"Wrote '{exporting.export_take(context, self.filepath, self.kind, name)}'."
+        name = self.character or job_from_settings.character_name(context.scene.samp)
+        return f"Wrote '{export.export_take(context, self.filepath, self.kind, name)}'."

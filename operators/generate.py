@@ -1,4 +1,4 @@
-"""Generate Takes: what the sidebar is set to, done."""
+"""Generate Takes: run the job of the sidebar's settings."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .settings_operator import SettingsOperator
+from .job_operator import SettingsOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
 class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
-    """Do what is chosen, each take as a new Action; press again to see another way to do it"""
+    """Generate takes with the current settings; each becomes a new Action"""
 
     bl_idname = "samp.generate"
     bl_label = "Generate Takes"
 
     @classmethod
     def why_not(cls, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import asking
+        from ..samp_addon.ui import job_from_settings
 
-        return asking.why_not(context)
+        return job_from_settings.why_not(context)
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.blender import asking
+        from ..samp_addon.ui import job_from_settings
 
-        return asking.job(context)
+        return job_from_settings.job(context)

@@ -1,4 +1,4 @@
-"""Guess Bones: the bone table of an armature, filled in by its bones' names."""
+"""Guess Bones: fill the bone table of an armature from the names of its bones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import outcome
 
 
 class SAMP_OT_guess_rig_map(bpy.types.Operator):
-    """Fill in which bone of the active rig is which joint, for takes to be carried to it"""
+    """Fill the bone table of the active rig, which maps joints to bones when a take is carried to it"""
 
     bl_idname = "samp.guess_rig_map"
     bl_label = "Guess Bones"
@@ -17,10 +17,12 @@ class SAMP_OT_guess_rig_map(bpy.types.Operator):
 
     target: StringProperty(
         name="Rig",
-        description="Armature whose table is filled in; empty: the active one",
+        description="Armature whose bone table is filled; if empty, the active one",
         options={"SKIP_SAVE"},
     )
-    keep: BoolProperty(name="Keep Rows", description="Rows that are filled in stay as they are", default=True)
+    keep: BoolProperty(
+        name="Keep Rows", description="Do not change rows that are already filled", default=True
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -30,6 +32,6 @@ class SAMP_OT_guess_rig_map(bpy.types.Operator):
         return outcome.run(self, lambda: self._guess(context))
 
     def _guess(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import rig_carrying
+        from ..samp_addon.blender.rigs import carry_to_rig
 
-        return rig_carrying.guess_sentence(rig_carrying.guess_map(context, self.target, self.keep))
+        return carry_to_rig.guess_sentence(carry_to_rig.guess_map(context, self.target, self.keep))

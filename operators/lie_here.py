@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .job_operator import JobOperator
+from .job_operator import OptionsOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
-class SAMP_OT_lie_here(JobOperator, bpy.types.Operator):
-    """Walk around the furniture to the selected one and lie down, as a new Action"""
+class SAMP_OT_lie_here(OptionsOperator, bpy.types.Operator):
+    """Walk to the selected furniture and lie down on it; each take becomes a new Action"""
 
     bl_idname = "samp.lie_here"
     bl_label = "Lie Here"
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.blender import targets
-        from ..samp_addon.job import Job
+        from ..samp_addon.blender.scene import targets
+        from ..samp_addon.pipeline.job import Job
 
         return Job(action="lie", target=self.target or targets.clicked_target(context), **self.common())

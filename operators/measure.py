@@ -1,4 +1,4 @@
-"""Measure: how good a take is, by the measures of the papers."""
+"""Measure Take: the measures of the papers for a take."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from . import outcome
 
 
 class SAMP_OT_measure(bpy.types.Operator):
-    """Measure the character's take: goal, feet, contact and penetration"""
+    """Measure goal error, foot slide, contact and penetration of the character's take and write them to a text block"""
 
     bl_idname = "samp.measure"
-    bl_label = "Measure"
+    bl_label = "Measure Take"
     bl_options = {"REGISTER", "UNDO"}
 
     character: StringProperty(
-        name="Character", description="SMPL-X armature; empty: the active one, or the only one"
+        name="Character", description="SMPL-X armature; if empty, the active one or the only one"
     )
-    action_name: StringProperty(name="Action", description="Which Action; empty: the active one")
+    action_name: StringProperty(name="Action", description="Action to measure; if empty, the active one")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -28,8 +28,8 @@ class SAMP_OT_measure(bpy.types.Operator):
         return outcome.run(self, lambda: self._measure(context))
 
     def _measure(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import measuring
+        from ..samp_addon.blender.takes import measure
 
-        name, numbers = measuring.measure_take(context, self.character, self.action_name)
-        text = measuring.write_text(name, numbers)
-        return measuring.sentence(name, numbers, text.name)
+        name, numbers = measure.measure_take(context, self.character, self.action_name)
+        text = measure.write_text(name, numbers)
+        return measure.sentence(name, numbers, text.name)

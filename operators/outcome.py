@@ -1,4 +1,4 @@
-"""One report for each outcome: what an operator's work raised, or what it has to say."""
+"""Runs an operator's work and reports its outcome; poll conditions that operators share."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..samp_addon.errors import SampError
 def run(
     operator: bpy.types.Operator, work: Callable[[], str], finished: set[str] = frozenset({"FINISHED"})
 ) -> set[str]:
-    """Does the work and reports the sentence it returns, or, for the artist to mend, the one it raises.
+    """Do the work and report the message that it returns, or the error that it raises for the artist.
 
-    finished: what the operator returns if all went well. An empty sentence is not reported.
+    finished: what the operator returns on success. An empty message is not reported.
     """
     try:
         message = work()
@@ -23,10 +23,10 @@ def run(
         operator.report({"ERROR"}, str(error))
         return {"CANCELLED"}
     except (ImportError, OSError) as error:
-        told = dependencies.sentence(error)
-        if told is None:
+        message = dependencies.explain(error)
+        if message is None:
             raise
-        operator.report({"ERROR"}, told)
+        operator.report({"ERROR"}, message)
         return {"CANCELLED"}
     if message:
         operator.report({"INFO"}, message)
@@ -34,15 +34,27 @@ def run(
 
 
 def in_object_or_pose_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """Whether an operator that works in these two modes can run; its tooltip says why not."""
+    """Return whether Object or Pose Mode is active; otherwise the operator's tooltip gives the reason."""
     if context.mode not in {"OBJECT", "POSE"}:
         operator.poll_message_set("Go to Object or Pose Mode first")
         return False
     return True
 
 
+def has_character(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Return whether the mode fits and the scene has an SMPL-X armature; otherwise the tooltip gives the reason."""
+    from ..samp_addon.blender.character import armature
+
+    if not in_object_or_pose_mode(operator, context):
+        return False
+    if not any(armature.is_smplx(obj) for obj in context.scene.objects):
+        operator.poll_message_set("The scene has no SMPL-X armature; create a character first")
+        return False
+    return True
+
+
 def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """Whether an operator that works in Object Mode alone can run; its tooltip says why not."""
+    """Return whether Object Mode is active; otherwise the operator's tooltip gives the reason."""
     if context.mode != "OBJECT":
         operator.poll_message_set("Go to Object Mode first")
         return False

@@ -1,4 +1,4 @@
-"""Plan Path: the way around the furniture to a seat or a place."""
+"""Plan Path: show the path to furniture or to the 3D cursor."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import outcome
 
 
 class SAMP_OT_plan_path(bpy.types.Operator):
-    """Show the way from the character to the furniture, or to the 3D cursor"""
+    """Plan the path from the character to the furniture, or to the 3D cursor, and show it as a curve"""
 
     bl_idname = "samp.plan_path"
     bl_label = "Plan Path"
@@ -17,22 +17,25 @@ class SAMP_OT_plan_path(bpy.types.Operator):
 
     target: StringProperty(
         name="Target",
-        description="Object, empty or collection of the furniture; empty: what is selected",
+        description="Object, empty or collection of the furniture; if empty, the selected furniture",
         options={"SKIP_SAVE"},
     )
     action: EnumProperty(
         name="Action",
-        items=(("sit", "Sit", "The way to a seat"), ("lie", "Lie", "The way to a bed")),
+        description="Action at the end of the path",
+        items=(("sit", "Sit", "Path to a seat"), ("lie", "Lie", "Path to a place to lie")),
         default="sit",
     )
     to_cursor: BoolProperty(
-        name="To 3D Cursor", description="Walk to the 3D cursor instead", options={"SKIP_SAVE"}
+        name="To 3D Cursor", description="End at the 3D cursor instead of the target", options={"SKIP_SAVE"}
     )
     use_start: BoolProperty(
-        name="Other Start", description="Start elsewhere than at the character", options={"SKIP_SAVE"}
+        name="Custom Start",
+        description="Start at a given location instead of the character's",
+        options={"SKIP_SAVE"},
     )
     start: FloatVectorProperty(
-        name="Start", description="Where the way starts", subtype="TRANSLATION", options={"SKIP_SAVE"}
+        name="Start", description="Start of the path", subtype="TRANSLATION", options={"SKIP_SAVE"}
     )
 
     @classmethod
@@ -43,12 +46,13 @@ class SAMP_OT_plan_path(bpy.types.Operator):
         return outcome.run(self, lambda: self._plan(context))
 
     def _plan(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import steps, targets
+        from ..samp_addon.blender.overlays import previews
+        from ..samp_addon.blender.scene import targets
 
         start = tuple(self.start) if self.use_start else None
         if self.to_cursor:
-            shown, path = steps.plan_path(context, to=tuple(context.scene.cursor.location), start=start)
+            shown, path = previews.plan_path(context, to=tuple(context.scene.cursor.location), start=start)
         else:
             target = self.target or targets.clicked_target(context)
-            shown, path = steps.plan_path(context, target, start=start, action=self.action)
+            shown, path = previews.plan_path(context, target, start=start, action=self.action)
         return f"'{shown.name}' is {path.length:.1f} m long and has {len(path.waypoints)} way-points."

@@ -1,4 +1,4 @@
-"""Push Down Take: a take goes onto an NLA track of its own."""
+"""Push Down Take: put a take on a new NLA track."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from .take_operator import TakeOperator
 
 
 class SAMP_OT_push_down_take(TakeOperator, bpy.types.Operator):
-    """Put this take on an NLA track of the character, where it can be moved and mixed"""
+    """Move this take to a new NLA track of the character"""
 
     bl_idname = "samp.push_down_take"
     bl_label = "Push Down Take"
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
         owner = self.owner(context)
         track = take_list.push_down(owner, take)

@@ -1,4 +1,4 @@
-"""Refine: contact, penetration, foot slide and smoothness of a take mended."""
+"""Refine: correct contact, penetration, foot slide and smoothness of a take."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.blender.refining import Result
+    from ..samp_addon.blender.actions.refine_action import Result
     from ..samp_addon.blender.thread_run import ThreadRun
 
-# The defaults are those of refine/refining.py, which is not imported before it is used.
+# Defaults as in refine/refinement.py, which is imported only when the operator runs.
 WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "goal")
 
 
@@ -22,41 +22,41 @@ def _weight(name: str, description: str, default: float = 1.0) -> object:
 
 
 class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
-    """Mend contact, penetration, foot slide and smoothness of the character's take, as a new Action"""
+    """Correct contact, penetration, foot slide and jerk of the character's take; the result becomes a new Action"""
 
     bl_idname = "samp.refine"
     bl_label = "Refine"
 
     character: StringProperty(
         name="Character",
-        description="SMPL-X armature; empty: the active one, or the only one",
+        description="SMPL-X armature; if empty, the active one or the only one",
         options={"SKIP_SAVE"},
     )
     action_name: StringProperty(
-        name="Action", description="Which Action; empty: the active one", options={"SKIP_SAVE"}
+        name="Action", description="Action to refine; if empty, the active one", options={"SKIP_SAVE"}
     )
-    use_range: BoolProperty(name="Part Only", description="Refine some frames of the Action, not all")
-    frame_start: IntProperty(name="Start Frame", description="First frame of the part", default=1)
-    frame_end: IntProperty(name="End Frame", description="Last frame of the part", default=250)
+    use_range: BoolProperty(name="Frame Range", description="Refine only the frames of a range")
+    frame_start: IntProperty(name="Start Frame", description="First frame of the range", default=1)
+    frame_end: IntProperty(name="End Frame", description="Last frame of the range", default=250)
     strength: FloatProperty(
         name="Strength",
-        description="Share of the change that is kept",
+        description="Fraction of the correction that is applied",
         default=1.0,
         min=0.0,
         max=1.0,
         subtype="FACTOR",
     )
-    foot: _weight("Feet", "Standing feet stay where they are")
-    collision: _weight("Collision", "The body stays out of the scene")
-    contact: _weight("Contact", "What rests on the scene touches it")
-    smooth: _weight("Smoothness", "No jerks", 0.25)
-    close: _weight("Closeness", "The take stays as it is")
-    limits: _weight("Joint Limits", "No joint bends farther than a body can")
-    goal: _weight("Goal", "The pelvis ends on its goal")
+    foot: _weight("Feet", "Weight of keeping standing feet in place")
+    collision: _weight("Collision", "Weight of keeping the body out of the scene")
+    contact: _weight("Contact", "Weight of contact between resting body parts and the scene")
+    smooth: _weight("Smoothness", "Weight of smooth motion", 0.25)
+    close: _weight("Closeness", "Weight of staying close to the original take")
+    limits: _weight("Joint Limits", "Weight of staying within joint limits")
+    goal: _weight("Goal", "Weight of ending at the goal")
 
-    def asked(self) -> dict:
-        """What the function beneath is called with."""
-        from ..samp_addon.refine.refining import Settings
+    def arguments(self) -> dict:
+        """Return the arguments of refine_action.run and begin."""
+        from ..samp_addon.blender.actions import refine_action
 
         weights = {name: getattr(self, name) for name in (*WEIGHTS, "strength")}
         return {
@@ -64,20 +64,20 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
             "action_name": self.action_name,
             "frame_start": self.frame_start if self.use_range else None,
             "frame_end": self.frame_end if self.use_range else None,
-            "settings": Settings(**weights),
+            "settings": refine_action.Settings(**weights),
         }
 
-    def at_once(self, context: bpy.types.Context) -> Result:
-        from ..samp_addon.blender import refining
+    def run_now(self, context: bpy.types.Context) -> Result:
+        from ..samp_addon.blender.actions import refine_action
 
-        return refining.run(context, **self.asked())
+        return refine_action.run(context, **self.arguments())
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
-        from ..samp_addon.blender import refining
+        from ..samp_addon.blender.actions import refine_action
 
-        return refining.begin(context, **self.asked())
+        return refine_action.begin(context, **self.arguments())
 
-    def told(self, result: Result) -> str:
-        from ..samp_addon.blender import refining
+    def finished(self, result: Result) -> str:
+        from ..samp_addon.blender.actions import refine_action
 
-        return refining.sentence(result)
+        return refine_action.sentence(result)

@@ -1,4 +1,4 @@
-"""Sample Goals: arrows where a character can sit or lie on the furniture."""
+"""Sample Goals: draw arrows where a character can sit or lie on furniture."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import outcome
 
 
 class SAMP_OT_sample_goals(bpy.types.Operator):
-    """Find places to sit or lie on an object; move, turn, select or delete the arrows to have your way"""
+    """Sample places to sit or lie on the furniture and draw them as arrows, which can be moved, selected and deleted"""
 
     bl_idname = "samp.sample_goals"
     bl_label = "Sample Goals"
@@ -17,16 +17,17 @@ class SAMP_OT_sample_goals(bpy.types.Operator):
 
     target: StringProperty(
         name="Target",
-        description="Object, empty or collection of the furniture; empty: what is selected",
+        description="Object, empty or collection of the furniture; if empty, the selected furniture",
         options={"SKIP_SAVE"},
     )
     action: EnumProperty(
         name="Action",
-        items=(("sit", "Sit", "Places to sit on"), ("lie", "Lie", "Places to lie on")),
+        description="Action at the goals",
+        items=(("sit", "Sit", "Places to sit"), ("lie", "Lie", "Places to lie")),
         default="sit",
     )
-    count: IntProperty(name="Count", description="How many arrows", default=5, min=1, max=64)
-    seed: IntProperty(name="Seed", description="Other goals for another seed", default=0, min=0)
+    count: IntProperty(name="Count", description="Number of goals", default=5, min=1, max=64)
+    seed: IntProperty(name="Seed", description="Seed of the random numbers", default=0, min=0)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -36,8 +37,9 @@ class SAMP_OT_sample_goals(bpy.types.Operator):
         return outcome.run(self, lambda: self._sample(context))
 
     def _sample(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import goals, targets
+        from ..samp_addon.blender.overlays import goal_arrows
+        from ..samp_addon.blender.scene import targets
 
         target = self.target or targets.clicked_target(context)
-        made = goals.sample_goals(context, target, self.action, self.count, self.seed)
+        made = goal_arrows.sample_goals(context, target, self.action, self.count, self.seed)
         return f"Placed {len(made)} goal{'s' if len(made) > 1 else ''} on '{target}'."

@@ -1,4 +1,4 @@
-"""Soft Seat: how far a sofa or a bed yields under a body."""
+"""Soft Seat: set how far furniture yields under a body."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import outcome
 
 
 class SAMP_OT_set_cushion(bpy.types.Operator):
-    """Let the selected furniture yield under a body, so that a refined take sinks in a little"""
+    """Set how far the selected furniture yields under a body, so that refined takes sink in"""
 
     bl_idname = "samp.set_cushion"
     bl_label = "Soft Seat"
@@ -17,7 +17,7 @@ class SAMP_OT_set_cushion(bpy.types.Operator):
 
     depth: FloatProperty(
         name="Depth",
-        description="How far it yields; 0 for a hard seat",
+        description="Depth by which the seat yields; 0 for a hard seat",
         default=0.03,
         min=0.0,
         max=0.3,
@@ -32,7 +32,7 @@ class SAMP_OT_set_cushion(bpy.types.Operator):
         return outcome.run(self, lambda: self._soften(context))
 
     def _soften(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import cushions
+        from ..samp_addon.blender.scene import cushions
 
         names = ", ".join(f"'{obj.name}'" for obj in cushions.set_cushion(context, self.depth))
-        return f"{names}: a body sinks in by {self.depth * 100:.1f} cm."
+        return f"Set the cushion depth of {names} to {self.depth * 100:.1f} cm."

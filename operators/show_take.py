@@ -1,4 +1,4 @@
-"""Show Take: a take becomes the character's active Action."""
+"""Show Take: make a take the character's active Action."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .take_operator import TakeOperator
 
 
 class SAMP_OT_show_take(TakeOperator, bpy.types.Operator):
-    """Show this take on the character"""
+    """Make this take the character's active Action"""
 
     bl_idname = "samp.show_take"
     bl_label = "Show Take"
@@ -21,7 +21,7 @@ class SAMP_OT_show_take(TakeOperator, bpy.types.Operator):
     )
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
-        from ..samp_addon.blender import take_list
+        from ..samp_addon.blender.takes import take_list
 
         take_list.show(context, self.owner(context), take, self.fit)
-        return f"'{take.name}' is shown."
+        return f"Showing '{take.name}'."

@@ -1,14 +1,14 @@
-"""Stop: ends the work that is going on in the background; nothing is changed."""
+"""Cancel: stop the work in the background."""
 
 from __future__ import annotations
 
 import bpy
 
-from . import thread_operator
+from ..samp_addon.blender import running_work
 
 
 class SAMP_OT_stop(bpy.types.Operator):
-    """Stop what is being made; nothing is changed"""
+    """Stop the work in the background and discard its result"""
 
     bl_idname = "samp.stop"
     bl_label = "Cancel"
@@ -16,11 +16,11 @@ class SAMP_OT_stop(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if thread_operator.running() is None:
-            cls.poll_message_set("Nothing is being made")
+        if running_work.current() is None:
+            cls.poll_message_set("There is no work in progress")
             return False
         return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        thread_operator.ask_to_stop()
+        running_work.request_cancel()
         return {"FINISHED"}

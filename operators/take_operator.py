@@ -1,4 +1,4 @@
-"""What the operators of the takes' list have in common: which take, on which character."""
+"""Base of the operators of the takes list: the take and its character."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from . import outcome
 
 
 class TakeOperator:
-    """The operator has `on_take`, which does its work on an Action and returns a sentence."""
+    """Base class; subclasses implement `on_take`."""
 
     bl_options = {"REGISTER", "UNDO"}
 
     action_name: StringProperty(
-        name="Action", description="The take; empty: the character's active one", options={"SKIP_SAVE"}
+        name="Action",
+        description="Name of the take; if empty, the character's active one",
+        options={"SKIP_SAVE"},
     )
     character: StringProperty(
         name="Character",
-        description="SMPL-X armature; empty: the active one, or the only one",
+        description="SMPL-X armature; if empty, the active one or the only one",
         options={"SKIP_SAVE"},
     )
 
     def on_take(self, context: bpy.types.Context, take: bpy.types.Action) -> str:
-        """Does the work; returns what the artist is told."""
+        """Do the work on a take and return the message to report."""
         raise NotImplementedError
 
     @classmethod
@@ -34,20 +36,22 @@ class TakeOperator:
         return outcome.run(self, lambda: self.on_take(context, self.take(context)))
 
     def owner(self, context: bpy.types.Context) -> bpy.types.Object:
-        """The character. Raises SampError where there is none."""
-        from ..samp_addon.blender import armature, asking
+        """Return the character. Raise SampError where there is none."""
+        from ..samp_addon.blender.character import armature
+        from ..samp_addon.ui import job_from_settings
 
-        return armature.find(context, self.character or asking.character_name(context.scene.samp))
+        return armature.find(context, self.character or job_from_settings.character_name(context.scene.samp))
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action:
-        """The take. Raises SampError where there is none."""
-        from ..samp_addon.blender import take_list
+        """Return the take. Raise SampError where there is none."""
+        from ..samp_addon.blender.actions import notes
+        from ..samp_addon.blender.takes import take_list
         from ..samp_addon.errors import SampError
 
         name = self.action_name
         if not name:
             data = self.owner(context).animation_data
-            if data is None or not take_list.is_take(data.action):
-                raise SampError("The character shows no take; choose one from the list.")
+            if data is None or not notes.is_take(data.action):
+                raise SampError("The character has no active take; choose one from the list.")
             name = data.action.name
         return take_list.find(name)

@@ -1,4 +1,4 @@
-"""Voxelise: what the networks see of a piece of furniture."""
+"""Voxelise: show the voxel grid of a piece of furniture."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import outcome
 
 
 class SAMP_OT_voxelise(bpy.types.Operator):
-    """Show the 8 x 8 x 8 grid through which the networks see an object"""
+    """Show the 8 x 8 x 8 voxel grid of the furniture, which is the networks' input"""
 
     bl_idname = "samp.voxelise"
     bl_label = "Voxelise"
@@ -17,7 +17,7 @@ class SAMP_OT_voxelise(bpy.types.Operator):
 
     target: StringProperty(
         name="Target",
-        description="Object, empty or collection of the furniture; empty: what is selected",
+        description="Object, empty or collection of the furniture; if empty, the selected furniture",
         options={"SKIP_SAVE"},
     )
 
@@ -29,7 +29,8 @@ class SAMP_OT_voxelise(bpy.types.Operator):
         return outcome.run(self, lambda: self._voxelise(context))
 
     def _voxelise(self, context: bpy.types.Context) -> str:
-        from ..samp_addon.blender import steps, targets
+        from ..samp_addon.blender.overlays import previews
+        from ..samp_addon.blender.scene import targets
 
-        shown, grid = steps.voxelise(context, self.target or targets.clicked_target(context))
-        return f"'{shown.name}' shows the {int((grid.occupancy > 0).sum())} cells that the surface is near."
+        shown, grid = previews.voxelise(context, self.target or targets.clicked_target(context))
+        return f"'{shown.name}' shows the {int((grid.occupancy > 0).sum())} occupied cells."

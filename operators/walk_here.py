@@ -1,4 +1,4 @@
-"""Walk Here: the character walks or runs to a place."""
+"""Walk Here: the character walks or runs to a point or a target."""
 
 from __future__ import annotations
 
@@ -8,26 +8,28 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty
 
-from .job_operator import JobOperator
+from .job_operator import OptionsOperator
 
 if TYPE_CHECKING:
-    from ..samp_addon.job import Job
+    from ..samp_addon.pipeline.job import Job
 
 
-class SAMP_OT_walk_here(JobOperator, bpy.types.Operator):
-    """Walk around the furniture to the 3D cursor, as a new Action"""
+class SAMP_OT_walk_here(OptionsOperator, bpy.types.Operator):
+    """Walk to the 3D cursor, around the furniture; each take becomes a new Action"""
 
     bl_idname = "samp.walk_here"
     bl_label = "Walk Here"
 
     location: FloatVectorProperty(
-        name="Location", description="Where to go, if no target is named", subtype="TRANSLATION", size=3
+        name="Location", description="Destination if there is no target", subtype="TRANSLATION", size=3
     )
-    use_yaw: BoolProperty(name="Own Facing", description="Face a direction at the end")
+    use_yaw: BoolProperty(name="Custom Facing", description="Face a given direction at the end")
     yaw: FloatProperty(
-        name="Facing", description="Turn to the left from facing -Y, seen from above", subtype="ANGLE"
+        name="Facing",
+        description="Facing at the end: rotation to the left from -Y, seen from above",
+        subtype="ANGLE",
     )
-    run: BoolProperty(name="Run", description="Run there")
+    run: BoolProperty(name="Run", description="Run instead of walking")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if not self.properties.is_property_set("location"):
@@ -35,7 +37,7 @@ class SAMP_OT_walk_here(JobOperator, bpy.types.Operator):
         return super().invoke(context, event)
 
     def job(self, context: bpy.types.Context) -> Job:
-        from ..samp_addon.job import Job
+        from ..samp_addon.pipeline.job import Job
 
         facing = (math.degrees(self.yaw),) if self.use_yaw else ()
         place = None if self.target else (*self.location, *facing)

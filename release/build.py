@@ -1,9 +1,9 @@
-"""Builds the zips that an artist installs: for each platform with all wheels and without torch, and one without any.
+"""Build the zips to install: for each platform one with all wheels and one without torch, and one without wheels.
 
 python -m samp_blender.release.build --output dist
 
-Blender's own builder makes and checks every zip. A platform whose wheels cannot be had here is left out, with the
-reason.
+Blender's own builder creates and validates each zip. Platforms whose wheels cannot be downloaded are skipped, and the
+reason is printed.
 """
 
 from __future__ import annotations
@@ -24,57 +24,59 @@ from . import wheels
 
 ROOT = Path(__file__).resolve().parents[1]
 MANIFEST = "blender_manifest.toml"
-KINDS = {"": (), "light": wheels.TORCH}  # what is left out of each
-LARGEST = 1_000_000
+EXCLUDED = {"": (), "light": wheels.TORCH}  # packages left out of each kind of zip
+MEGABYTE = 1_000_000
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The exit status: 0 if all was built that could be had."""
+    """Build the zips and return the exit status: 0 also where platforms were skipped."""
     options = _parser().parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
-    told = []
+    lines = []
     with tempfile.TemporaryDirectory() as name:
         plain = Path(name) / "plain.zip"
         _blender("build", "--source-dir", str(ROOT), "--output-filepath", str(plain))
         for kind in options.kinds:
             if kind == "bare":
-                told.append(_told(_build(plain, options.output, kind), "any platform and Python, no wheels"))
+                lines.append(
+                    _summary(_build(plain, options.output, kind), "any platform and Python, no wheels")
+                )
                 continue
             for platform in options.platforms:
-                told += _for_platform(
+                lines += _for_platform(
                     plain, options.output, platform, "" if kind == "full" else kind, options
                 )
-    print("\n".join(told))
+    print("\n".join(lines))
     return 0
 
 
 def _for_platform(
     plain: Path, output: Path, platform: str, kind: str, options: argparse.Namespace
 ) -> list[str]:
-    """Builds one platform's zip of a kind; returns what to say of it."""
-    got = wheels.collect(platform, options.wheels, KINDS[kind])
+    """Build one kind of zip for one platform; return the lines to print."""
+    got = wheels.collect(platform, options.wheels, EXCLUDED[kind])
     name = f"{kind or 'full'} {platform}"
-    told = []
+    lines = []
     if got.wheels:
-        serves = ", ".join(wheels.PYTHONS[python] for python in got.pythons)
-        told.append(_told(_build(plain, output, kind, platform, got.wheels), serves))
+        supported = ", ".join(wheels.PYTHONS[python] for python in got.pythons)
+        lines.append(_summary(_build(plain, output, kind, platform, got.wheels), supported))
     for python, reason in got.left_out.items():
-        told.append(f"left out: {name} for {wheels.PYTHONS[python]}: {reason}")
-    return told
+        lines.append(f"left out: {name} for {wheels.PYTHONS[python]}: {reason}")
+    return lines
 
 
 def _build(
-    plain: Path, output: Path, kind: str, platform: str | None = None, brought: Sequence[Path] = ()
+    plain: Path, output: Path, kind: str, platform: str | None = None, wheel_paths: Sequence[Path] = ()
 ) -> Path:
-    """One zip: the plain one's content with these wheels and a manifest that names them; checked."""
+    """Build and validate one zip: the content of the plain one, the wheels, and a manifest that lists them."""
     with tempfile.TemporaryDirectory(dir=plain.parent) as name:
         source = Path(name)
         with zipfile.ZipFile(plain) as archive:
             archive.extractall(source)
         text = (source / MANIFEST).read_text(encoding="utf-8")
-        (source / MANIFEST).write_text(manifest(text, platform, brought), encoding="utf-8")
+        (source / MANIFEST).write_text(manifest(text, platform, wheel_paths), encoding="utf-8")
         (source / "wheels").mkdir()
-        for wheel in brought:
+        for wheel in wheel_paths:
             _link(wheel, source / "wheels" / wheel.name)
         path = output / zip_name(tomllib.loads(text), kind, platform)
         path.unlink(missing_ok=True)
@@ -83,37 +85,37 @@ def _build(
     return path
 
 
-def manifest(text: str, platform: str | None, brought: Sequence[Path]) -> str:
-    """The manifest of a zip: the repository's, with its platform and its wheels."""
+def manifest(text: str, platform: str | None, wheel_paths: Sequence[Path]) -> str:
+    """Return the repository's manifest with the platform and the wheels of a zip added."""
     lines = []
     if platform is not None:
         lines.append(f"platforms = {json.dumps([platform])}")
-    if brought:
-        lines.append("wheels = " + json.dumps([f"./wheels/{wheel.name}" for wheel in brought], indent=2))
+    if wheel_paths:
+        lines.append("wheels = " + json.dumps([f"./wheels/{wheel.name}" for wheel in wheel_paths], indent=2))
     head, table, rest = text.partition("\n[permissions]")
     return head + "".join(f"{line}\n" for line in lines) + table + rest
 
 
-def zip_name(facts: dict, kind: str, platform: str | None) -> str:
-    """As Blender names it, with the kind: samp-light-0.1.0-linux_x64.zip."""
-    parts = [facts["id"], kind, facts["version"], (platform or "").replace("-", "_")]
+def zip_name(manifest_data: dict, kind: str, platform: str | None) -> str:
+    """Return the file name by Blender's convention, with the kind: samp-light-0.1.0-linux_x64.zip."""
+    parts = [manifest_data["id"], kind, manifest_data["version"], (platform or "").replace("-", "_")]
     return "-".join(part for part in parts if part) + ".zip"
 
 
 def _link(source: Path, place: Path) -> None:
-    """A file at a second place, without another copy of it where the disk allows."""
+    """Hard-link a file, or copy it where the file system does not allow links."""
     try:
         os.link(source, place)
     except OSError:
         shutil.copyfile(source, place)
 
 
-def _told(path: Path, serves: str) -> str:
-    return f"{path}  {path.stat().st_size / LARGEST:.1f} MB  ({serves})"
+def _summary(path: Path, supported: str) -> str:
+    return f"{path}  {path.stat().st_size / MEGABYTE:.1f} MB  ({supported})"
 
 
 def _blender(*arguments: str) -> None:
-    """Runs the builder that comes with Blender. Its complaint, if any, ends the program."""
+    """Run the builder that is part of Blender; exit with its output if it fails."""
     import bpy
 
     builder = Path(bpy.utils.system_resource("SCRIPTS")) / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
@@ -121,14 +123,14 @@ def _blender(*arguments: str) -> None:
         [sys.executable, str(builder), *arguments], capture_output=True, text=True, check=False
     )
     if done.returncode:
-        sys.exit(f"Blender's builder refuses {arguments[-1]}:\n{done.stdout}{done.stderr}")
+        sys.exit(f"Blender's builder rejected {arguments[-1]}:\n{done.stdout}{done.stderr}")
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--output", type=Path, default=ROOT / "dist", help="folder for the zips")
     parser.add_argument(
-        "--wheels", type=Path, default=ROOT / "cache" / "wheels", help="where wheels are kept"
+        "--wheels", type=Path, default=ROOT / "cache" / "wheels", help="folder in which wheels are cached"
     )
     parser.add_argument("--platforms", nargs="+", choices=wheels.PLATFORMS, default=wheels.PLATFORMS)
     parser.add_argument(

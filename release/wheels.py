@@ -1,4 +1,4 @@
-"""Gets the wheels of a platform with pip, from wherever pip is set up to look on this machine."""
+"""Collect the wheels of a platform with pip, from the package index that pip is configured for."""
 
 from __future__ import annotations
 
@@ -17,49 +17,49 @@ TORCH = ("torch",)
 
 @dataclass
 class Collection:
-    """The wheels for one platform. left_out: by version of Python, why it cannot be served."""
+    """The wheels for one platform. left_out: reasons by the version of Python that is not supported."""
 
     wheels: list[Path] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def pythons(self) -> list[str]:
-        """The versions of Python that are served."""
+        """The supported versions of Python."""
         return [python for python in PYTHONS if python not in self.left_out]
 
 
-def collect(platform: str, folder: Path, leave: Sequence[str] = ()) -> Collection:
-    """The wheels for one of Blender's platforms, kept in a folder. leave: names of packages that are not wanted.
+def collect(platform: str, folder: Path, excluded: Sequence[str] = ()) -> Collection:
+    """Collect the wheels for one of Blender's platforms in a folder. excluded: names of packages to leave out.
 
-    A version of Python is served with all of its wheels or not at all: Blender then says that the zip does not fit,
-    instead of installing half of what is needed.
+    A version of Python is supported with all of its wheels or not at all: Blender then reports that the zip does not
+    fit, instead of installing part of what is needed.
     """
-    made = Collection()
+    collection = Collection()
     for python in PYTHONS:
         found = []
         for name in LISTED["versions"]:
-            if name in leave:
+            if name in excluded:
                 continue
             wheel, reason = _get(name, platform, python, folder)
             if wheel is None:
-                made.left_out[python] = reason
+                collection.left_out[python] = reason
                 break
             found.append(wheel)
         else:
-            # Some wheels serve several versions.
-            known = {wheel.name for wheel in made.wheels}
-            made.wheels += [wheel for wheel in found if wheel.name not in known]
-    return made
+            # Some wheels fit several versions.
+            known = {wheel.name for wheel in collection.wheels}
+            collection.wheels += [wheel for wheel in found if wheel.name not in known]
+    return collection
 
 
 def requirement(name: str, platform: str) -> str:
-    """A package and its version, as pip wants it."""
+    """Return a package and its version as a requirement for pip."""
     own = LISTED["platforms"][platform].get("versions", {})
     return f"{name}=={own.get(name, LISTED['versions'][name])}"
 
 
 def _get(name: str, platform: str, python: str, folder: Path) -> tuple[Path | None, str]:
-    """One wheel: from the folder, else from where pip looks. None and a reason where there is none."""
+    """Get one wheel, from the folder or the package index; return None and the reason if there is none."""
     place = folder / platform / python / name
     place.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
@@ -80,7 +80,7 @@ def _get(name: str, platform: str, python: str, folder: Path) -> tuple[Path | No
     return None, f"no wheel of {wanted} for Python {python} ({reason})"
 
 
-def _reason(complaint: str) -> str:
-    """The last thing that pip said, without the versions it would have had instead."""
-    lines = [line.removeprefix("ERROR: ") for line in complaint.splitlines() if line.startswith("ERROR")]
+def _reason(stderr: str) -> str:
+    """Return the last error of pip, without its list of available versions."""
+    lines = [line.removeprefix("ERROR: ") for line in stderr.splitlines() if line.startswith("ERROR")]
     return lines[-1].split(" (from")[0] if lines else "pip gave no reason"

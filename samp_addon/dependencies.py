@@ -1,6 +1,6 @@
-"""The Python packages that the program needs and Blender does not ship: which are there, and what to say if not.
+"""The Python packages that the add-on needs and Blender does not ship: presence, versions, and error messages.
 
-Nothing is imported to find out, so asking is quick enough for a panel.
+Packages are not imported to check for them, which keeps the check fast enough for a panel.
 """
 
 from __future__ import annotations
@@ -11,26 +11,29 @@ import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-WHERE = "Edit > Preferences > Add-ons > SAMP"
+PREFERENCES = "Edit > Preferences > Add-ons > SAMP"
 
 
 @dataclass(frozen=True)
 class Package:
-    """One package. module: as it is imported. distribution: as it is installed. serves: what does not work without."""
+    """A Python package.
+
+    module: name for imports. distribution: name for pip. needed_for: what does not work without it.
+    """
 
     module: str
     distribution: str
-    serves: str
+    needed_for: str
 
     @property
     def present(self) -> bool:
-        """Whether Python would find it."""
+        """Whether Python finds the package."""
         return importlib.util.find_spec(self.module) is not None
 
     @property
     def version(self) -> str:
-        """Its version, empty where it is missing or does not tell."""
-        from importlib import metadata  # slow to import, and this module is read at registration
+        """The installed version; empty where the package is missing or has no metadata."""
+        from importlib import metadata  # slow to import; this module is loaded at registration
 
         try:
             return metadata.version(self.distribution) if self.present else ""
@@ -38,7 +41,7 @@ class Package:
             return ""
 
 
-# The zips' wheels are listed in release/wheels.toml.
+# The wheels in the release zips are listed in release/wheels.toml.
 PACKAGES = (
     Package("scipy", "scipy", "navmesh, voxels, goals and measures"),
     Package("torch", "torch", "Sit Here, Lie Here, Walk Here, Sample Goals and Refine"),
@@ -49,10 +52,10 @@ PACKAGES = (
 
 
 def load_torch() -> None:
-    """Imports torch. From a thread of its own, Blender's window goes on meanwhile.
+    """Import torch; called from a separate thread, Blender's window stays responsive.
 
-    An import holds Python's lock while the system links the library, half a second and more; called through ctypes,
-    the system does that without the lock, and the import finds it done.
+    An import holds Python's global lock while the system links the library, for half a second and more. Linking
+    through ctypes releases the lock, and the import then finds the library already loaded.
     """
     import ctypes
     import os
@@ -71,39 +74,41 @@ def load_torch() -> None:
 
 
 def missing() -> list[Package]:
-    """The packages that are not there."""
+    """Return the packages that are not installed."""
     return [package for package in PACKAGES if not package.present]
 
 
 def install_commands(python: str, folder: str, packages: Sequence[Package]) -> list[str]:
-    """The lines for a terminal that put packages into a folder that Blender's Python looks into."""
+    """Return shell commands that install packages into a folder on the path of Blender's Python."""
     names = [package.distribution for package in packages]
     install = f'"{python}" -m pip install --target "{folder}"'
     lines = [] if importlib.util.find_spec("pip") else [f'"{python}" -m ensurepip']
     if "torch" in names:
         lines.append(f"{install} torch")
-    # Without what they ask for: that is numpy, and a second one beside Blender's own would clash with it.
+    # Without dependencies: that would be numpy, and a second copy would clash with Blender's own.
     others = " ".join(name for name in names if name != "torch")
     return [*lines, f"{install} --no-deps {others}"] if others else lines
 
 
-def sentence(error: BaseException) -> str | None:
-    """What to tell the artist where an error comes of a package that is missing or broken, else None."""
+def explain(error: BaseException) -> str | None:
+    """Return the message for an error caused by a missing or broken package, or None for other errors."""
     named = getattr(error, "name", None) or ""
     known = {package.module for package in PACKAGES}
     if isinstance(error, ModuleNotFoundError) and named.split(".")[0] in known:
-        return f"The Python package '{named.split('.')[0]}' is missing; {WHERE} tells how to add it."
+        return f"The Python package '{named.split('.')[0]}' is missing; {PREFERENCES} explains how to add it."
     if isinstance(error, ImportError | OSError):
         broken = known & set(_importing(error))
         if broken:
             name = sorted(broken)[0]
             reason = " ".join(str(error).split())
-            return f"The Python package '{name}' cannot be loaded ({reason}); install it again: {WHERE} tells how."
+            return (
+                f"The Python package '{name}' cannot be loaded ({reason}); see {PREFERENCES} to reinstall it."
+            )
     return None
 
 
 def _importing(error: BaseException) -> list[str]:
-    """The packages whose own module level was running when an error was raised: one that failed to load."""
+    """Return the packages whose module level was executing when an error was raised, as while an import fails."""
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     return [
         str(frame.f_globals.get("__name__", "")).split(".")[0]

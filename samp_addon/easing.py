@@ -1,4 +1,4 @@
-"""How corrections fade in and out."""
+"""Curves by which corrections fade in and out."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 
 def smoothstep(t: np.ndarray) -> np.ndarray:
-    """0 up to t = 0, 1 from t = 1, with no velocity at either end."""
+    """Return 0 up to t = 0 and 1 from t = 1, with zero slope at both ends."""
     t = np.clip(t, 0.0, 1.0)
     return t * t * (3 - 2 * t)
 
 
-def early(values: np.ndarray, sooner: int, evenly: float) -> np.ndarray:
-    """Corrections (T,) that set in before they are needed: their maximum over a window of ``sooner`` frames, smoothed
-    over ``evenly`` frames (standard deviation)."""
-    return gaussian_filter1d(maximum_filter1d(values, sooner), evenly, mode="nearest")
+def anticipate(values: np.ndarray, window: int, sigma: float) -> np.ndarray:
+    """Let corrections (T,) begin before they are needed.
+
+    Return their maximum over a window of ``window`` frames, smoothed by a Gaussian of ``sigma`` frames.
+    """
+    return gaussian_filter1d(maximum_filter1d(values, window), sigma, mode="nearest")

@@ -1,4 +1,4 @@
-"""Motion: the one currency. Every method returns one; baking, refining, measuring and exporting take one."""
+"""Motion, the common currency: methods return it; baking, refining, measuring and exporting take it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from . import rotation, skeleton
 
-ACTIONS = ("idle", "walk", "run", "sit", "lie")
-CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
+
+def velocities(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return central differences (T, ...) of positions (T, ...) per second; zero for a single frame."""
+    return np.gradient(positions, 1 / fps, axis=0) if len(positions) > 1 else np.zeros_like(positions)
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class Motion:
 
     root: (T, 3) world position of the pelvis joint (not SMPL's ``trans``, which is this minus the rest pelvis).
     rotations: (T, J, 4) local joint rotations, quaternions w, x, y, z, in the order of skeleton.JOINTS; J is 22 or 55.
-    contacts: (T, 5) from 0 to 1, in the order of CONTACTS. actions: (T, 5) weights, in the order of ACTIONS.
+    contacts: (T, 5) from 0 to 1, in the order of vocabulary.CONTACTS. actions: (T, 5) weights, in that of ACTIONS.
     rest_joints: (J, 3) rest positions with the pelvis at the origin. fps: frames per second.
     interaction_start: frame index in which sitting or lying down begins, or None.
     """
@@ -36,7 +38,7 @@ class Motion:
         frames = len(self.root)
         if self.root.shape != (frames, 3) or self.rotations.ndim != 3 or self.rotations.shape[0] != frames:
             raise ValueError(
-                f"root {self.root.shape} and rotations {self.rotations.shape} do not belong together"
+                f"root {self.root.shape} and rotations {self.rotations.shape} do not fit together"
             )
 
     def __len__(self) -> int:
@@ -48,22 +50,34 @@ class Motion:
         return max(len(self) - 1, 0) / self.fps
 
     def forward_kinematics(self) -> tuple[np.ndarray, np.ndarray]:
-        """World positions (T, J, 3) and global quaternions (T, J, 4) of the joints, read-only: they are kept."""
+        """Return world positions (T, J, 3) and global quaternions (T, J, 4) of the joints; cached, read-only."""
         return self._kinematics
+
+    def headings(self) -> np.ndarray:
+        """Return the horizontal unit facing (T, 3): the mean of hip and shoulder line, crossed with up."""
+        joints, _ = self.forward_kinematics()
+        side = {
+            name: skeleton.INDEX[name]
+            for name in ("left_hip", "right_hip", "left_shoulder", "right_shoulder")
+        }
+        across = joints[:, side["left_hip"]] - joints[:, side["right_hip"]]
+        across = across + joints[:, side["left_shoulder"]] - joints[:, side["right_shoulder"]]
+        facing = np.cross(across, [0.0, 1.0, 0.0])
+        return facing / np.maximum(np.linalg.norm(facing, axis=-1, keepdims=True), 1e-9)
 
     @cached_property
     def _kinematics(self) -> tuple[np.ndarray, np.ndarray]:
-        made = skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
-        for values in made:
+        result = skeleton.forward_kinematics(self.root, self.rotations, self.rest_joints)
+        for values in result:
             values.setflags(write=False)
-        return made
+        return result
 
-    def posed(self, part: slice | np.ndarray) -> Motion:
-        """The poses of some frames, without what else is known of them: contacts, actions, the interaction."""
-        return Motion(self.root[part], self.rotations[part], self.fps, rest_joints=self.rest_joints)
+    def pose_slice(self, rows: slice | np.ndarray) -> Motion:
+        """Return the poses of some frames, without contacts, actions and interaction."""
+        return Motion(self.root[rows], self.rotations[rows], self.fps, rest_joints=self.rest_joints)
 
     def resampled(self, fps: float) -> Motion:
-        """The same motion at another frame rate: positions linear, rotations by slerp, the end kept."""
+        """Resample to another frame rate: linear for positions, slerp for rotations; the last frame is kept."""
         if abs(fps - self.fps) < 1e-9 or len(self) < 2:
             return replace(self, fps=fps)
         count = max(int(round(self.seconds * fps)) + 1, 2)
@@ -83,8 +97,8 @@ class Motion:
         )
 
     def smoothed(self, sigma: float) -> Motion:
-        """The same motion under a Gaussian over time, sigma in frames; contacts and actions as they are."""
-        from scipy.ndimage import gaussian_filter1d  # slow to import, and this module is read at registration
+        """Smooth root and rotations over time with a Gaussian; sigma in frames. Contacts and actions are unchanged."""
+        from scipy.ndimage import gaussian_filter1d  # slow to import; this module is loaded at registration
 
         quats = gaussian_filter1d(rotation.continuous(self.rotations), sigma, axis=0, mode="nearest")
         root = gaussian_filter1d(self.root, sigma, axis=0, mode="nearest")
@@ -93,7 +107,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Goal:
-    """Where the pelvis shall end, in the network frame.
+    """Where the pelvis ends, in the network frame.
 
     position: (3,) of the pelvis joint, metres; direction: (3,) unit, horizontal.
     """

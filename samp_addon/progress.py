@@ -1,7 +1,7 @@
-"""How long work tells how far it is, and shows what it has so far.
+"""Progress callbacks of long computations, with previews of intermediate results.
 
-A progress function takes the stage's name and the share done, 0 to 1; what it raises stops the work. It may have a
-method ``show``, which is given Motions to look at meanwhile: a single frame, or a whole take.
+A progress callback takes the stage's name and the share done, 0 to 1; an exception that it raises stops the work. It
+may have a method ``show``, which receives Motions to preview: a single frame, or a whole take.
 """
 
 from __future__ import annotations
@@ -16,35 +16,38 @@ Progress = Callable[[str, float], None]
 
 
 def show(progress: Callable[..., None], motion: Motion) -> None:
-    """Gives a motion to whoever looks at this progress, if anybody does."""
-    shown = getattr(progress, "show", None)
-    if shown is not None:
-        shown(motion)
+    """Preview a motion if the progress callback has a method for it."""
+    preview = getattr(progress, "show", None)
+    if preview is not None:
+        preview(motion)
 
 
-class Part:
-    """A part of some work as its whole sees it: shares from begin on, span wide. stage: a name for all its stages."""
+class SubProgress:
+    """Progress of one part of a computation, mapped to the whole: shares from begin to begin + span.
+
+    stage: replaces the names of the part's own stages.
+    """
 
     def __init__(
-        self, whole: Progress, begin: float = 0.0, span: float = 1.0, stage: str | None = None
+        self, parent: Progress, begin: float = 0.0, span: float = 1.0, stage: str | None = None
     ) -> None:
-        self._whole, self._begin, self._span, self._stage = whole, begin, span, stage
+        self._parent, self._begin, self._span, self._stage = parent, begin, span, stage
 
     def __call__(self, stage: str, share: float) -> None:
-        self._whole(self._stage or stage, self._begin + share * self._span)
+        self._parent(self._stage or stage, self._begin + share * self._span)
 
     def show(self, motion: Motion) -> None:
-        show(self._whole, motion)
+        show(self._parent, motion)
 
 
-class Stage:
-    """One stage of some work, which only says its share."""
+class StageProgress:
+    """Progress of one named stage: a callback that takes the share done only."""
 
-    def __init__(self, whole: Progress, name: str) -> None:
-        self._whole, self._name = whole, name
+    def __init__(self, parent: Progress, name: str) -> None:
+        self._parent, self._name = parent, name
 
     def __call__(self, share: float) -> None:
-        self._whole(self._name, share)
+        self._parent(self._name, share)
 
     def show(self, motion: Motion) -> None:
-        show(self._whole, motion)
+        show(self._parent, motion)

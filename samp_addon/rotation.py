@@ -6,13 +6,13 @@ import numpy as np
 
 
 def normalise(q: np.ndarray) -> np.ndarray:
-    """Unit quaternions (..., 4)."""
+    """Scale quaternions (..., 4) to unit length."""
     return q / np.maximum(np.linalg.norm(q, axis=-1, keepdims=True), 1e-12)
 
 
 def quaternion_to_matrix(q: np.ndarray) -> np.ndarray:
-    """Unit quaternions (..., 4) to rotation matrices (..., 3, 3)."""
-    w, x, y, z = _first(q)
+    """Convert unit quaternions (..., 4) to rotation matrices (..., 3, 3)."""
+    w, x, y, z = _components_first(q)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
@@ -22,7 +22,7 @@ def quaternion_to_matrix(q: np.ndarray) -> np.ndarray:
 
 
 def matrix_to_quaternion(m: np.ndarray) -> np.ndarray:
-    """Rotation matrices (..., 3, 3) to unit quaternions (..., 4), stable for every angle."""
+    """Convert rotation matrices (..., 3, 3) to unit quaternions (..., 4); stable for every angle."""
     m = np.asarray(m)
     d0, d1, d2 = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     # Four candidates, each accurate where its own component is large; take the largest.
@@ -71,8 +71,8 @@ def matrix_to_quaternion(m: np.ndarray) -> np.ndarray:
     return normalise(np.take_along_axis(table, best[..., None, None], axis=-2)[..., 0, :])
 
 
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Hamilton product of quaternions whose components come first, (4, ...): the quick form."""
+def multiply_components(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the Hamilton product of quaternions with the components first, (4, ...); faster than `multiply`."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return np.array(
@@ -86,40 +86,40 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Hamilton product of quaternions (..., 4)."""
-    return _last(product(_first(a), _first(b)))
+    """Return the Hamilton product of quaternions (..., 4)."""
+    return _components_last(multiply_components(_components_first(a), _components_first(b)))
 
 
-def _first(values: np.ndarray) -> np.ndarray:
-    """The components, last of the axes, as the first; np.moveaxis takes ten times as long."""
+def _components_first(values: np.ndarray) -> np.ndarray:
+    """Move the last axis to the front; ten times as fast as np.moveaxis."""
     values = np.asarray(values)
     return values.transpose(-1, *range(values.ndim - 1))
 
 
-def _last(values: np.ndarray) -> np.ndarray:
-    """The other way round, in one piece of memory."""
+def _components_last(values: np.ndarray) -> np.ndarray:
+    """Move the first axis to the end, contiguous in memory."""
     return np.ascontiguousarray(values.transpose(*range(1, values.ndim), 0))
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
-    """Inverse of unit quaternions (..., 4)."""
+    """Return the inverse of unit quaternions (..., 4)."""
     return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
 
 
-def turned(q: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """The same rotations, quaternions (..., 4), seen in axes that ``turn`` (3, 3) or (J, 3, 3) leads to."""
+def change_basis(q: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Express rotations, quaternions (..., 4), in other axes: the rows of ``basis`` (3, 3) or (J, 3, 3)."""
     result = q.copy()
-    result[..., 1:] = np.einsum("...ab,...b->...a", turn, q[..., 1:])
+    result[..., 1:] = np.einsum("...ab,...b->...a", basis, q[..., 1:])
     return result
 
 
 def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) turned by unit quaternions (..., 4)."""
-    return _last(turn(_first(q), _first(v)))
+    """Rotate vectors (..., 3) by unit quaternions (..., 4)."""
+    return _components_last(rotate_components(_components_first(q), _components_first(v)))
 
 
-def turn(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors (3, ...) turned by unit quaternions (4, ...), components first: the quick form."""
+def rotate_components(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Rotate vectors (3, ...) by unit quaternions (4, ...), components first; faster than `rotate`."""
     # Written out: np.cross takes four times as long on short arrays.
     w, x, y, z = q
     a, b, c = v
@@ -128,14 +128,14 @@ def turn(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def from_axis_angle(r: np.ndarray) -> np.ndarray:
-    """Rotation vectors (..., 3) in radians to quaternions (..., 4)."""
+    """Convert rotation vectors (..., 3) in radians to quaternions (..., 4)."""
     r = np.asarray(r, dtype=np.float64)
     angle = np.linalg.norm(r, axis=-1, keepdims=True)
     return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * r], axis=-1)
 
 
 def to_axis_angle(q: np.ndarray) -> np.ndarray:
-    """Unit quaternions (..., 4) to rotation vectors (..., 3) with angles in [0, pi]."""
+    """Convert unit quaternions (..., 4) to rotation vectors (..., 3) with angles in [0, pi] radians."""
     q = np.where(q[..., :1] < 0, -q, q)
     s = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
     angle = 2 * np.arctan2(s, q[..., :1])
@@ -143,14 +143,14 @@ def to_axis_angle(q: np.ndarray) -> np.ndarray:
 
 
 def about_y(yaw: np.ndarray | float) -> np.ndarray:
-    """Quaternions (..., 4) of turns about the vertical axis of the network frame, radians."""
+    """Return quaternions (..., 4) of rotations about the vertical axis of the network frame; yaw in radians."""
     yaw = np.asarray(yaw, dtype=np.float64)
     zero = np.zeros_like(yaw)
     return np.stack([np.cos(yaw / 2), zero, np.sin(yaw / 2), zero], axis=-1)
 
 
 def slerp(a: np.ndarray, b: np.ndarray, t: np.ndarray | float) -> np.ndarray:
-    """Spherical interpolation of quaternions (..., 4) by the shorter way; ``t`` broadcasts to (...)."""
+    """Interpolate quaternions (..., 4) spherically along the shorter arc; ``t`` broadcasts to (...)."""
     t = np.asarray(t, dtype=np.float64)[..., None]
     dot = np.sum(a * b, axis=-1, keepdims=True)
     b = np.where(dot < 0, -b, b)
@@ -165,7 +165,7 @@ def slerp(a: np.ndarray, b: np.ndarray, t: np.ndarray | float) -> np.ndarray:
 
 
 def continuous(q: np.ndarray) -> np.ndarray:
-    """The same rotations (T, ..., 4) with signs chosen so that no frame jumps to the antipode."""
+    """Choose the signs of quaternions (T, ..., 4) so that no frame jumps to the antipode."""
     q = np.array(q, dtype=np.float64)
     flips = np.cumprod(np.where(np.sum(q[1:] * q[:-1], axis=-1) < 0, -1.0, 1.0), axis=0)
     q[1:] *= flips[..., None]
@@ -173,7 +173,7 @@ def continuous(q: np.ndarray) -> np.ndarray:
 
 
 def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The smallest rotations, as quaternions (..., 4), that turn vectors a (..., 3) onto b (..., 3)."""
+    """Return the smallest rotations, quaternions (..., 4), that turn vectors a (..., 3) onto b (..., 3)."""
     a = a / np.maximum(np.linalg.norm(a, axis=-1, keepdims=True), 1e-12)
     b = b / np.maximum(np.linalg.norm(b, axis=-1, keepdims=True), 1e-12)
     w = 1 + np.sum(a * b, axis=-1, keepdims=True)

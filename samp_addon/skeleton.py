@@ -34,9 +34,9 @@ BODY_COUNT = len(BODY_JOINTS)
 
 @functools.cache
 def default_rest_joints() -> np.ndarray:
-    """Rest joint positions (55, 3) of the default human with the pelvis at the origin, metres, network frame.
+    """Return rest joint positions (55, 3) of the default human, pelvis at the origin, metres, network frame.
 
-    Read-only: the array is shared.
+    The array is shared and read-only.
     """
     with np.load(Path(__file__).parent / "body" / "human.npz") as data:
         joints = data["J"].astype(np.float64)
@@ -46,7 +46,7 @@ def default_rest_joints() -> np.ndarray:
 
 
 def mirror_joints() -> np.ndarray:
-    """For each of the 22 body joints, the index of its left-right twin (22,)."""
+    """Return, for each of the 22 body joints, the index of its mirror image (22,)."""
     swap = {"left": "right", "right": "left"}
     return np.array(
         [
@@ -59,7 +59,7 @@ def mirror_joints() -> np.ndarray:
 def forward_kinematics(
     root: np.ndarray, rotations: np.ndarray, rest_joints: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joint positions and global rotations of poses.
+    """Compute joint positions and global rotations of poses.
 
     root: (T, 3) pelvis position, metres. rotations: (T, J, 4) local quaternions, J <= 55.
     rest_joints: (J or more, 3). Returns positions (T, J, 3) and global quaternions (T, J, 4).
@@ -69,16 +69,18 @@ def forward_kinematics(
     bones = (rest_joints[:count] - rest_joints[np.maximum(PARENTS[:count], 0)]).T[..., None]
     globals_, positions = np.empty_like(local), np.empty((3, *local.shape[1:]))
     globals_[:, 0], positions[:, 0] = local[:, 0], np.asarray(root).T
-    for joints in _generations(count):
-        above = globals_[:, PARENTS[joints]]
-        globals_[:, joints] = rotation.product(above, local[:, joints])
-        positions[:, joints] = positions[:, PARENTS[joints]] + rotation.turn(above, bones[:, joints])
+    for joints in _levels(count):
+        parents = globals_[:, PARENTS[joints]]
+        globals_[:, joints] = rotation.multiply_components(parents, local[:, joints])
+        positions[:, joints] = positions[:, PARENTS[joints]] + rotation.rotate_components(
+            parents, bones[:, joints]
+        )
     return np.ascontiguousarray(positions.T), np.ascontiguousarray(globals_.T)
 
 
 @functools.cache
-def _generations(count: int) -> tuple[np.ndarray, ...]:
-    """Of the first ``count`` joints, those with as many joints above them as each other, the pelvis left out."""
+def _levels(count: int) -> tuple[np.ndarray, ...]:
+    """Group the first ``count`` joints by their depth in the hierarchy, without the pelvis."""
     depth = np.zeros(count, int)
     for j in range(1, count):
         depth[j] = depth[PARENTS[j]] + 1
@@ -86,7 +88,7 @@ def _generations(count: int) -> tuple[np.ndarray, ...]:
 
 
 def local_rotations(globals_: np.ndarray) -> np.ndarray:
-    """Local quaternions (T, J, 4) of global ones (T, J, 4)."""
+    """Return local quaternions (T, J, 4) of global ones (T, J, 4)."""
     parents = PARENTS[: globals_.shape[1]]
     local = rotation.multiply(rotation.conjugate(globals_[:, parents]), globals_)
     local[:, 0] = globals_[:, 0]

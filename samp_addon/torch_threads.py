@@ -1,4 +1,4 @@
-"""How many threads torch works with."""
+"""The number of threads that torch uses."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def one_thread(wanted: bool = True) -> Iterator[None]:
-    """torch on one thread: several gain little in small work, and beside a window that draws they wait for each
-    other. wanted: false to leave it as it is."""
+def single_thread(enabled: bool = True) -> Iterator[None]:
+    """Limit torch to one thread inside the context; with enabled false, do nothing.
+
+    For small tensors several threads gain little, and while a window draws they wait for each other.
+    """
     import torch
 
-    kept = torch.get_num_threads()
-    if wanted:
+    before = torch.get_num_threads()
+    if enabled:
         torch.set_num_threads(1)
     try:
         yield
     finally:
-        torch.set_num_threads(kept)
+        torch.set_num_threads(before)

@@ -12,8 +12,10 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from ..samp_addon.synthesis import goals, samp
-from ..samp_addon.synthesis.takes import Tools
+from ..samp_addon.methods.samp import goals
+from ..samp_addon.methods.samp.load_networks import load_motion_net
+from ..samp_addon.methods.samp.networks import Networks
+from ..samp_addon.methods.samp.rollout import generator
 from .evaluation import reference, refined, report, sheets
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 
@@ -21,12 +23,12 @@ SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
 SHEETS = 20
 
 
-def tools_of(version: str) -> tuple[str, Tools]:
+def networks_of(version: str) -> tuple[str, Networks]:
     """Name and networks of NAME=FOLDER or NAME=FOLDER:NETWORK, the folder holding motion_net.safetensors."""
     name, _, place = version.partition("=")
     folder, _, kind = place.partition(":")
-    network = samp.load_network(Path(folder), kind or "motion_net")
-    return name, Tools(goals.sample_goals, partial(samp.generate, network=network))
+    network = load_motion_net(Path(folder), kind or "motion_net")
+    return name, Networks(goals.sample_goals, partial(generator.generate, network=network))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -53,10 +55,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--refine", action="store_true", help="refine each take and tell what that changes")
     options = parser.parse_args(arguments)
-    versions = dict(tools_of(version) for version in options.versions or [])
+    versions = dict(networks_of(version) for version in options.versions or [])
     if options.no_planner and versions:
-        name, tools = next(iter(versions.items()))
-        versions[f"{name}, no planner"] = straight_on(tools)
+        name, networks = next(iter(versions.items()))
+        versions[f"{name}, no planner"] = straight_on(networks)
     pace = reference.real_pace([options.mocap, options.mocap.parent / "smplx30"])
     for action in options.actions:
         pieces = held_out_seats(options.furniture, action)
@@ -65,7 +67,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         real = reference.real_motion(options.mocap, action)
         made = partial(evaluate, action, options.rooms, options.takes, pieces)
         if versions:
-            told = report.comparison(action, {name: made(tools) for name, tools in versions.items()}, real)
+            told = report.comparison(
+                action, {name: made(networks) for name, networks in versions.items()}, real
+            )
         else:
             results = made()
             told = report.table(action, results, real, pace if action == "sit" else None)

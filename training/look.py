@@ -58,8 +58,8 @@ def look(
     triangles: furniture (F, 3, 3), metres, network frame. follow: close-ups that turn with the character.
     movie: also an MP4 of the front view.
     """
-    from ..samp_addon.blender import contact_sheet, stage
-    from ..samp_addon.blender.movie import write_movie
+    from ..samp_addon.blender.render import contact_sheet, stage
+    from ..samp_addon.blender.render.movie import write_movie
 
     motions = [motions] if isinstance(motions, Motion) else list(motions)
     scene, figures = stage.build(motions, triangles)

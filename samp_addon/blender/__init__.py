@@ -1,1 +1,1 @@
-"""The only place besides operators/ and ui/ that imports bpy."""
+"""The artist's scene, character and Actions; besides operators/ and ui/ the only room that imports bpy."""

@@ -1,4 +1,4 @@
-"""Every difference between Blender 4.2 and 5.x that we meet. No other file asks for the version."""
+"""All differences between Blender 4.2 and 5.x. No other file checks the version."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT
 
 
 def _channelbag(action: bpy.types.Action, slot: object, create: bool) -> object | None:
-    """The container of a slot's f-curves in the action's first keyframe strip."""
+    """Return the f-curves of a slot in the action's first keyframe strip, or None."""
     if not action.layers:
         if not create:
             return None
@@ -26,7 +26,7 @@ def _channelbag(action: bpy.types.Action, slot: object, create: bool) -> object 
 
 
 class CurveWriter:
-    """Adds f-curves in bulk to an Action for one armature object: in a new slot, or in one that is there."""
+    """Adds f-curves in bulk to an Action for one armature object, in a new slot or the given one."""
 
     def __init__(self, action: bpy.types.Action, owner: bpy.types.Object, slot: object | None = None) -> None:
         self.action = action
@@ -38,23 +38,23 @@ class CurveWriter:
 
     @classmethod
     def on_copy(cls, action: bpy.types.Action, owner: bpy.types.Object) -> CurveWriter:
-        """A writer to a copy of an action, which holds all that the action does, for the same slot's curves."""
+        """Copy an action; return a writer to the copy for the slot that the owner uses."""
         copy = action.copy()
         slot = _slot_for(owner, action) if SLOTTED else None
         return cls(copy, owner, slot and next(twin for twin in copy.slots if twin.handle == slot.handle))
 
     def find(self, path: str, index: int) -> bpy.types.FCurve | None:
-        """The f-curve of this property that is there."""
+        """Return the existing f-curve of this property, or None."""
         return self._bag.fcurves.find(path, index=index)
 
     def remove(self, curve: bpy.types.FCurve) -> None:
-        """Takes an f-curve away."""
+        """Remove an f-curve."""
         self._bag.fcurves.remove(curve)
 
     def add(
         self, path: str, index: int, frames: np.ndarray, values: np.ndarray, group: str
     ) -> bpy.types.FCurve:
-        """One f-curve with linear keys at frames (n,) of values (n,)."""
+        """Add an f-curve with linear keys at frames (n,) of values (n,)."""
         curve = self._new_curve(path, index, group)
         points = curve.keyframe_points
         points.add(len(frames))
@@ -75,7 +75,7 @@ class CurveWriter:
 
 
 def assign(owner: bpy.types.Object, action: bpy.types.Action, slot: object | None = None) -> None:
-    """Makes the action the object's active one, with this slot or else the one that fits it."""
+    """Make the action the object's active one, with this slot or else the matching one."""
     data = owner.animation_data or owner.animation_data_create()
     data.action = action
     if SLOTTED and action is not None:
@@ -83,13 +83,13 @@ def assign(owner: bpy.types.Object, action: bpy.types.Action, slot: object | Non
 
 
 def fit_strip(strip: bpy.types.NlaStrip, owner: bpy.types.Object) -> None:
-    """Gives an NLA strip the slot of its action that is for this object."""
+    """Set the slot of an NLA strip to the one for this object."""
     if SLOTTED and strip.action_slot is None:
         strip.action_slot = _slot_for(owner, strip.action)
 
 
 def _slot_for(owner: bpy.types.Object, action: bpy.types.Action) -> object | None:
-    """The slot of an action for this object: its own, the one of its name, or the first for objects."""
+    """Return the slot of an action for an object: its active slot, the one of its name, or the first for objects."""
     data = owner.animation_data
     if data is not None and data.action == action and data.action_slot is not None:
         return data.action_slot
@@ -98,7 +98,7 @@ def _slot_for(owner: bpy.types.Object, action: bpy.types.Action) -> object | Non
 
 
 def curves(action: bpy.types.Action, owner: bpy.types.Object) -> Iterator[bpy.types.FCurve]:
-    """The f-curves of an action that animate this object."""
+    """Yield the f-curves of an action that animate an object."""
     if not SLOTTED:
         yield from action.fcurves
         return
@@ -109,20 +109,20 @@ def curves(action: bpy.types.Action, owner: bpy.types.Object) -> Iterator[bpy.ty
 
 
 def select_bone(armature: bpy.types.Object, name: str, state: bool = True) -> None:
-    """Selects a bone for pose mode."""
+    """Select or deselect a bone in Pose Mode."""
     bone = armature.pose.bones[name] if bpy.app.version >= (5, 0, 0) else armature.data.bones[name]
     bone.select = state
 
 
 def new_shape_key(mesh: bpy.types.Object, name: str, value: float = 0.0) -> bpy.types.ShapeKey:
-    """A shape key with this value; Blender 5 makes new ones with 1."""
+    """Add a shape key with this value; Blender 5 creates them with value 1."""
     key = mesh.shape_key_add(name=name, from_mix=False)
     key.value = value
     return key
 
 
 def new_node_material(name: str) -> bpy.types.Material:
-    """A material with shader nodes; from Blender 5 on every material has them."""
+    """Create a material with shader nodes; in Blender 5 every material has them."""
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
@@ -130,7 +130,7 @@ def new_node_material(name: str) -> bpy.types.Material:
 
 
 def import_fbx(filepath: str) -> None:
-    """Imports an FBX file: the built-in importer of Blender 4.5 and later, or the older add-on."""
+    """Import an FBX file with the built-in importer of Blender 4.5 and later, or the older add-on."""
     if "fbx_import" in dir(bpy.ops.wm):
         bpy.ops.wm.fbx_import(filepath=filepath)
         return
@@ -141,15 +141,15 @@ def import_fbx(filepath: str) -> None:
 
 
 def import_usd(filepath: str) -> None:
-    """Imports a USD file with the names of its transforms, which are those of the exported objects."""
+    """Import a USD file; objects get the names of their transforms, which are those of the exported objects."""
     known = bpy.ops.wm.usd_import.get_rna_type().properties
-    # Older Blenders always merge a transform with its mesh and keep the mesh's name.
+    # Older versions always merge a transform with its mesh and keep the mesh's name.
     options = {"merge_parent_xform": False} if "merge_parent_xform" in known else {}
     bpy.ops.wm.usd_import(filepath=filepath, **options)
 
 
 def export(kind: str, path: str, first: int, last: int) -> None:
-    """Writes what is selected by Blender's own exporter, with its animation in these frames."""
+    """Export the selection with its animation in a frame range, by Blender's own exporter."""
     import addon_utils
 
     module = {"FBX": "io_scene_fbx", "BVH": "io_anim_bvh", "GLTF": "io_scene_gltf2"}.get(kind)

@@ -1,13 +1,12 @@
-"""Long work beside Blender's window: it goes on in a thread while the artist watches, and may stop it.
+"""Long work in a thread while Blender's window stays responsive; the artist watches, and can cancel it.
 
-Only the thread's own arrays are touched there; reading and writing the scene happen where it is called from.
+The thread touches its own arrays only; the scene is read and written in the main thread.
 """
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Generator
-from contextlib import suppress
 from typing import Any
 
 import bpy
@@ -16,15 +15,15 @@ from ..errors import SampError
 from ..motion import Motion
 from ..progress import Progress
 
-PATIENCE = 0.5  # seconds; an artist who stops something waits no longer
+PATIENCE = 0.5  # seconds that a cancel waits for the thread at most
 
 
 Slices = Generator[tuple[str, float], None, Any]
-"""Work on the scene that lets Blender draw between its slices: yields stage and share done, returns what it made."""
+"""Work on the scene in slices, between which Blender can redraw: yields stage and share done, returns its result."""
 
 
-def in_one_go(slices: Slices, progress: Progress = lambda stage, share: None) -> Any:
-    """What the slices return in the end. Raises what they, or progress, raise."""
+def run_to_completion(slices: Slices, progress: Progress = lambda stage, share: None) -> Any:
+    """Run all slices and return their result. Raise what they, or the progress callback, raise."""
     try:
         while True:
             progress(*next(slices))
@@ -35,34 +34,19 @@ def in_one_go(slices: Slices, progress: Progress = lambda stage, share: None) ->
 
 
 def one_slice(work: Callable[[], Any]) -> Slices:
-    """Work that is too short to be cut."""
+    """Wrap work that is too short for several slices."""
     yield "Writing keyframes", 0.0
     return work()
 
 
 class Cancelled(Exception):
-    """Raised by a progress function to stop the work."""
-
-
-def loading() -> ThreadRun:
-    """What takes and refinements need, imported: the first time takes a second or two. Where something is missing,
-    whoever needs it says so."""
-
-    def work(progress: Progress) -> None:
-        progress("Loading", 0.0)
-        with suppress(ImportError, OSError):
-            from ..synthesis import chain
-            from . import jobs, refining  # noqa: F401
-
-            chain.networks()
-
-    return ThreadRun(work, lambda context, nothing: one_slice(lambda: None))
+    """Raised by a progress callback to stop the work."""
 
 
 class ThreadRun:
-    """Work in flight. Start it by making it; look at `done`, `stage`, `share` and `shown`; then `finish` it.
+    """Work in flight: constructing it starts it; poll `done`, `stage`, `share` and `shown`; then `finish` it.
 
-    shown: what there is to see so far, a single frame or a whole take, or None.
+    shown: the newest preview, a single frame or a whole take, or None.
     """
 
     def __init__(
@@ -71,9 +55,10 @@ class ThreadRun:
         write: Callable[[bpy.types.Context, Any], Slices],
         owner: bpy.types.Object | None = None,
     ) -> None:
-        """Starts the thread. work: what it does, without Blender. write: what becomes of that in the scene.
+        """Start the thread.
 
-        owner: the character that it is for, if there is one yet.
+        work: runs in the thread, without Blender. write: puts its result into the scene. owner: the character that it
+        is for, if there is one yet.
         """
         self.stage, self.share = "Starting", 0.0
         self.shown: Motion | None = None
@@ -86,25 +71,25 @@ class ThreadRun:
 
     @property
     def done(self) -> bool:
-        """Whether there is something to finish."""
+        """Whether the thread has ended."""
         return not self._thread.is_alive()
 
     def wait(self, seconds: float) -> bool:
-        """Whether it is done, after waiting for it for that long at most."""
+        """Wait for at most that long; return whether it is done."""
         self._thread.join(seconds)
         return self.done
 
     def stop(self) -> None:
-        """Asks the thread to stop, and waits a moment until it has; whatever it still makes is thrown away."""
+        """Ask the thread to stop and wait briefly for it; its result is discarded."""
         self._stop.set()
         self._thread.join(PATIENCE)
 
     def finish(self, context: bpy.types.Context) -> Any:
-        """What the slices of `finishing` return."""
-        return in_one_go(self.finishing(context))
+        """Run `finishing` to its end and return its result."""
+        return run_to_completion(self.finishing(context))
 
     def finishing(self, context: bpy.types.Context) -> Slices:
-        """Writes what was made. Raises what the work raised, Cancelled if it was stopped, and SampError where the
+        """Write the result, in slices. Raise what the work raised, Cancelled if it was stopped, and SampError where the
         character is gone."""
         self._thread.join()
         if self._stop.is_set():
@@ -125,11 +110,11 @@ class ThreadRun:
     def _work(self, work: Callable[[Progress], Any]) -> None:
         try:
             self._made = work(_Watch(self))
-        except BaseException as error:  # it is raised again where the artist sees it
+        except BaseException as error:  # raised again in the main thread
             self._error = error
 
     def _present(self, context: bpy.types.Context) -> bool:
-        """Whether the character is still there: an undo takes away what Python points to."""
+        """Whether the character still exists: an undo invalidates Python's references."""
         try:
             return self.owner is None or self.owner.name in context.scene.objects
         except ReferenceError:
@@ -137,7 +122,7 @@ class ThreadRun:
 
 
 class _Watch:
-    """The thread's progress function, which the window looks at."""
+    """The thread's progress callback, polled by the window."""
 
     def __init__(self, run: ThreadRun) -> None:
         self._run = run

@@ -1,6 +1,6 @@
-"""The default human: its mesh, joints, skin weights and shapes, and linear blend skinning in numpy and torch.
+"""The default human: mesh, joints, skin weights and shapes, and linear blend skinning in numpy and torch.
 
-Baked by training/build_body.py into human.npz. Network frame, metres, the pelvis joint at the origin in the
+Written by training/build_body.py into human.npz. Network frame, metres, the pelvis joint at the origin in the
 rest pose, which is SMPL-X's T-pose.
 """
 
@@ -29,12 +29,12 @@ MATERIALS = ("skin", "clothes", "trousers", "shoes", "hair", "eyes", "pupils")
 
 @dataclass(frozen=True, eq=False)
 class Human:
-    """A body. Arrays are read-only; network frame, metres, pelvis joint at the origin.
+    """A body in the rest pose. Arrays are read-only; network frame, metres, pelvis joint at the origin.
 
-    vertices: (V, 3). faces: (F, 4) vertex indices, a triangle repeats its last. joints: (55, 3).
-    weight_joints: (V, 4) joint indices and weights: (V, 4) their shares, which add up to 1.
+    vertices: (V, 3). faces: (F, 4) vertex indices; a triangle repeats its last one. joints: (55, 3).
+    weight_joints: (V, 4) joint indices. weights: (V, 4) their skin weights, which sum to 1.
     shapes: name -> (vertex offsets (V, 3), joint offsets (55, 3)) at value 1.
-    collision: (2048,) vertex indices spread evenly over the skin. materials: (F,) indices into MATERIALS.
+    collision: (2048,) vertex indices, evenly distributed over the skin. materials: (F,) indices into MATERIALS.
     """
 
     vertices: np.ndarray
@@ -53,31 +53,34 @@ class Human:
 
     @property
     def height(self) -> float:
-        """From the soles to the top of the head, metres."""
+        """Distance from the soles to the top of the head, metres."""
         return float(np.ptp(self.vertices[:, 1]))
 
     def shaped(self, values: dict[str, float]) -> Human:
-        """This body with shapes at these values (0 to 1 each); joints follow. Unknown names: KeyError."""
+        """Return this body with shapes at values from 0 to 1; joints follow. Raises KeyError for an unknown name."""
         vertices, joints = self.vertices, self.joints
         for name, value in values.items():
             vertices = vertices + value * self.shapes[name][0]
             joints = joints + value * self.shapes[name][1]
         return replace(self, vertices=_frozen(vertices), joints=_frozen(joints))
 
-    def fitted(self, joints: np.ndarray) -> Human:
-        """This body with its joints moved to (55, 3), the skin following by its weights, without shapes."""
+    def with_joints(self, joints: np.ndarray) -> Human:
+        """Return this body, without shapes, with its joints at (55, 3); the skin follows by its weights."""
         shift = joints - joints[0] - self.joints
         moved = self.vertices + np.einsum("vk,vka->va", self.weights, shift[self.weight_joints])
         return replace(self, vertices=_frozen(moved), joints=_frozen(joints - joints[0]), shapes={})
 
     def blend_matrix(self, subset: np.ndarray | None = None) -> np.ndarray:
-        """(55 * 4, V): weight times (x, y, z, 1) for each joint, so that skinning is one matrix product. Read-only."""
+        """Return weight times (x, y, z, 1) for each joint, (55 * 4, V): skinning is one product with it. Read-only.
+
+        subset: vertex indices (V,); all if left out.
+        """
         return _blend_matrix(self, None if subset is None else np.asarray(subset, np.int64).tobytes())
 
 
 @functools.lru_cache(maxsize=8)
 def _blend_matrix(human: Human, subset: bytes | None) -> np.ndarray:
-    """Human.blend_matrix, kept: takes in a row ask for the same. subset: its indices as bytes, or None."""
+    """Compute Human.blend_matrix, cached for consecutive takes. subset: vertex indices as bytes, or None for all."""
     chosen = np.arange(len(human.vertices)) if subset is None else np.frombuffer(subset, np.int64)
     points = np.concatenate([human.vertices[chosen], np.ones((len(chosen), 1))], axis=1)
     table = np.zeros((len(skeleton.JOINTS), 4, len(chosen)))
@@ -97,7 +100,7 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 
 @functools.cache
 def load() -> Human:
-    """The default human. Shared and read-only. Raises SampError where its file is missing or damaged."""
+    """Return the default human, shared and read-only. Raises SampError if its file is missing or damaged."""
     try:
         return _read()
     except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile, zlib.error) as error:
@@ -130,10 +133,10 @@ def _read() -> Human:
 
 
 def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: int = 64) -> np.ndarray:
-    """The body's vertices in each frame: (T, V, 3) world, metres, network frame, single precision.
+    """Compute the body's vertices in each frame: (T, V, 3) world, metres, network frame, single precision.
 
-    human gives the bones' lengths; its pelvis goes where the motion's root is. subset: vertex indices, such
-    as human.collision; chunk: frames taken at once, which bounds the memory.
+    The bone lengths are the human's, not the motion's; the pelvis joint is placed at the motion's root. subset: vertex
+    indices, such as human.collision. chunk: frames processed together, which bounds the memory.
     """
     table = human.blend_matrix(subset).astype(np.float32)
     rotations = complete(motion.rotations)
@@ -152,11 +155,11 @@ def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: 
 def skin_torch(
     human: Human, root: torch.Tensor, rotations: torch.Tensor, subset: np.ndarray | None = None
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Skinning with gradients towards root and rotations, for the optimiser.
+    """Compute vertices and joints with gradients with respect to root and rotations, for the optimiser.
 
     root: (T, 3) world position of the pelvis joint, metres. rotations: (T, J, 3, 3) local rotation matrices
-    of J >= 22 joints; missing ones are relaxed. Returns vertices (T, V, 3) and joints (T, 55, 3), in root's
-    precision.
+    of J >= 22 joints; missing ones are relaxed. Returns vertices (T, V, 3) and joints (T, 55, 3), in the
+    precision of root.
     """
     import torch
 

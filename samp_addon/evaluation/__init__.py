@@ -1,1 +1,1 @@
-"""The measures of the papers."""
+"""The evaluation metrics of the papers."""

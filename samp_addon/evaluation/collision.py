@@ -1,6 +1,6 @@
 """Penetration, non-collision and contact of a body with the scene's triangles. Network frame, metres.
 
-What is solid, and how far a vertex is from its surface, says obstacles.py.
+Solid regions and distances to their surfaces are computed in obstacles.py.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ DEPTHS = (0.02, 0.05)
 def body_depth(
     motion: Motion, obstacles: Obstacles, floor: float | None = None, body: human.Human | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How deep the body's 2048 collision vertices lie inside the scene, and which touch it.
+    """Compute the depth of the body's 2048 collision vertices inside the scene, and which of them touch it.
 
-    floor: height under which all is solid, or None. The body of the first frame counts as outside of all. Returns
-    depth (T, 2048) in metres, 0 outside, and touching (T, 2048): flags of vertices less than 1 cm from a surface, or
-    inside.
+    floor: height below which everything is solid, metres, or None. body: the default human if left out. The body of the
+    first frame is assumed to be outside all solids. Returns depth (T, 2048), metres, 0 outside, and touching (T, 2048):
+    flags of vertices inside or less than 1 cm from a surface.
     """
     body = body or human.load()
     return obstacles.depth(human.skin(body, motion, body.collision), floor)
@@ -30,8 +30,11 @@ def body_depth(
 def measures(
     motion: Motion, obstacles: Obstacles, floor: float | None = None, body: human.Human | None = None
 ) -> dict[str, float]:
-    """Penetration: % of frames with a vertex deeper than 2 and 5 cm, mean and largest of the frames' depths
-    in cm; non-collision: share of vertices outside, mean over frames; contact: share of frames that touch."""
+    """Compute penetration, non-collision and contact; arguments as for `body_depth`.
+
+    Penetration: percentage of frames with a vertex deeper than 2 and 5 cm, mean and maximum depth over frames, cm.
+    Non-collision: share of vertices outside, mean over frames. Contact: share of frames that touch the scene.
+    """
     depth, touching = body_depth(motion, obstacles, floor, body)
     deepest = depth.max(1)
     numbers = {

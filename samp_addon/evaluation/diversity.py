@@ -1,6 +1,6 @@
-"""How varied takes are (APD, equation 6 of SAMP) and how near to real motion (Frechet distance, equation 9).
+"""Diversity of takes (APD, SAMP equation 6) and their Frechet distance to real motion (equation 9).
 
-Features are told in the root's frame: the pelvis' place on the floor, turned by the heading.
+Features are expressed in the root frame: origin at the pelvis projected onto the floor, rotated by the heading.
 """
 
 from __future__ import annotations
@@ -12,30 +12,28 @@ from scipy import linalg
 
 from .. import rotation
 from ..frames import direction_yaw
-from ..motion import Motion
+from ..motion import Motion, velocities
 from ..skeleton import BODY_COUNT
-from .metrics import heading
 
 TRAJECTORY_SAMPLES = np.linspace(-1, 1, 13)
-"""Seconds around a frame at which the root's path is sampled."""
+"""Times at which the root's trajectory is sampled, seconds relative to a frame."""
 
 
 def pose_features(motion: Motion) -> np.ndarray:
-    """22 joints x (position 3, forward 3, up 3, velocity 3) of each frame in its root's frame: (T, 264)."""
+    """Return (T, 264): 22 joints x (position 3, forward 3, up 3, velocity 3) in each frame's root frame."""
     joints, globals_ = motion.forward_kinematics()
     joints, globals_ = joints[:, :BODY_COUNT], globals_[:, :BODY_COUNT]
-    home = rotation.about_y(-direction_yaw(heading(motion)))[:, None]
+    to_root = rotation.about_y(-direction_yaw(motion.headings()))[:, None]
     floor = motion.root * [1.0, 0.0, 1.0]
-    moved = np.gradient(joints, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(joints)
-    columns = rotation.quaternion_to_matrix(globals_)
-    parts = [joints - floor[:, None], columns[..., 2], columns[..., 1], moved]
-    told = [rotation.rotate(np.broadcast_to(home, (*part.shape[:2], 4)), part) for part in parts]
-    return np.stack(told, axis=2).reshape(len(motion), -1)
+    matrices = rotation.quaternion_to_matrix(globals_)
+    world = [joints - floor[:, None], matrices[..., 2], matrices[..., 1], velocities(joints, motion.fps)]
+    local = [rotation.rotate(np.broadcast_to(to_root, (*part.shape[:2], 4)), part) for part in world]
+    return np.stack(local, axis=2).reshape(len(motion), -1)
 
 
 def trajectory_features(motion: Motion) -> np.ndarray:
-    """The root's ground positions and directions at 13 times from -1 s to +1 s, in its frame now: (T, 52)."""
-    yaw = direction_yaw(heading(motion))
+    """Return (T, 52): the root's floor positions and directions at 13 times from -1 s to +1 s, in the root frame."""
+    yaw = direction_yaw(motion.headings())
     steps = np.round(TRAJECTORY_SAMPLES * motion.fps).astype(int)
     at = np.clip(np.arange(len(motion))[:, None] + steps, 0, len(motion) - 1)
     offset = (motion.root[at] - motion.root[:, None])[..., [0, 2]]
@@ -50,9 +48,9 @@ def trajectory_features(motion: Motion) -> np.ndarray:
 
 
 def average_pairwise_distance(features: np.ndarray) -> float:
-    """APD of features (N, D): the mean squared distance of all pairs (equation 6); 0 for fewer than two.
+    """Return the APD of features (N, D), the mean squared distance of all pairs (equation 6); 0 for fewer than two.
 
-    The mean over pairs is twice the variance with N - 1, summed over the features.
+    It is computed as twice the unbiased variance, summed over the features.
     """
     if len(features) < 2:
         return 0.0
@@ -60,15 +58,15 @@ def average_pairwise_distance(features: np.ndarray) -> float:
 
 
 def diversity(motions: Sequence[Motion]) -> float:
-    """APD of the local poses of several takes of the same job."""
+    """Return the APD of the local poses of several takes of the same job."""
     return average_pairwise_distance(np.concatenate([pose_features(m) for m in motions]))
 
 
 def frechet_distance(ours: np.ndarray, real: np.ndarray) -> float:
-    """Frechet distance of two sets of features (N, D) and (M, D), each taken as one normal distribution."""
+    """Return the Frechet distance of two sets of features (N, D) and (M, D), each modelled as a normal distribution."""
     gap = ours.mean(0) - real.mean(0)
     a, b = np.atleast_2d(np.cov(ours.T)), np.atleast_2d(np.cov(real.T))
-    # Of the product only the eigenvalues count; both are symmetric, so they are real and not negative.
+    # Only the eigenvalues of the product are needed; both factors are symmetric, so these are real and not negative.
     root = linalg.sqrtm(a)
     inner = np.linalg.eigvalsh(root.real @ b @ root.real)
     trace = np.trace(a) + np.trace(b) - 2 * np.sqrt(np.maximum(inner, 0)).sum()
@@ -76,7 +74,7 @@ def frechet_distance(ours: np.ndarray, real: np.ndarray) -> float:
 
 
 def motion_distance(ours: Sequence[Motion], real: Sequence[Motion]) -> float:
-    """FD between takes and real motion on the features of equation 9."""
+    """Return the Frechet distance between takes and real motion, for the features of equation 9."""
 
     def features(motions: Sequence[Motion]) -> np.ndarray:
         return np.concatenate([np.hstack([pose_features(m), trajectory_features(m)]) for m in motions])

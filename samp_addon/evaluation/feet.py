@@ -1,7 +1,7 @@
-"""How the feet stand: foot slide after Zhang et al. 2018 (mode-adaptive networks) and slide in stances.
+"""Foot sliding: the measure of Zhang et al. 2018 (mode-adaptive networks), and the slide during stances.
 
-A foot's sole patch is the skin under it; its speed is that of the patch's middle, its height that of its
-lowest vertex, over the floor. Network frame, metres.
+The sole patch of a foot is the skin under it. Its speed is that of its centroid, its height over the floor that of its
+lowest vertex. Network frame, metres.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ import numpy as np
 from scipy import ndimage
 
 from ..body import human
-from ..motion import Motion
+from ..motion import Motion, velocities
 from ..skeleton import INDEX
 
 SLIDE_HEIGHT = 2.5
-"""Centimetres: H of the foot slide. A higher foot is free to move."""
+"""Centimetres: H of the foot slide. A foot above it does not count."""
 
 STANCE_HEIGHT, STANCE_SPEED = 1.5, 15.0
-"""Centimetres, and centimetres a second: a stance stays below both."""
+"""Centimetres, and centimetres per second: upper limits during a stance."""
 
 STANCE_SECONDS = 5 / 30
 SOLE_THICKNESS = 0.015
-"""Metres over the lowest vertex of the rest pose that still count as sole."""
+"""Metres over the lowest vertex of the rest pose up to which skin belongs to the sole."""
 
 
 @functools.cache
 def sole_patches() -> tuple[np.ndarray, np.ndarray]:
-    """Vertex indices of the left and of the right sole of the default human."""
+    """Return the vertex indices of the left and of the right sole of the default human."""
     body = human.load()
     main = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0]
     low = body.vertices[:, 1] < body.floor + SOLE_THICKNESS
@@ -41,30 +41,30 @@ def sole_patches() -> tuple[np.ndarray, np.ndarray]:
 def sole_tracks(
     motion: Motion, floor: float = 0.0, body: human.Human | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of both feet, (T, 2) each: horizontal speed of the sole patch in cm/s, and in cm over the floor the
-    height of its lowest vertex and of its middle."""
-    speeds, lowest, middle = [], [], []
+    """Track the sole patches of both feet.
+
+    Returns, (T, 2) each, their horizontal speed in cm/s and the heights of their lowest vertex and of their centroid
+    over the floor in cm. floor: height of the floor, metres. body: the default human if left out.
+    """
+    speeds, lowest, centroid = [], [], []
     left, right = sole_patches()
     both = human.skin(body or human.load(), motion, np.concatenate([left, right])).astype(np.float64)
     for vertices in (both[:, : len(left)], both[:, len(left) :]):
         centre = vertices.mean(1)
-        moved = (
-            np.gradient(centre[:, [0, 2]], 1 / motion.fps, axis=0) if len(motion) > 1 else centre[:, :2] * 0
-        )
-        speeds.append(np.linalg.norm(moved, axis=-1) * 100)
+        speeds.append(np.linalg.norm(velocities(centre[:, [0, 2]], motion.fps), axis=-1) * 100)
         lowest.append((vertices[..., 1].min(1) - floor) * 100)
-        middle.append((centre[:, 1] - floor) * 100)
-    return np.stack(speeds, -1), np.stack(lowest, -1), np.stack(middle, -1)
+        centroid.append((centre[:, 1] - floor) * 100)
+    return np.stack(speeds, -1), np.stack(lowest, -1), np.stack(centroid, -1)
 
 
 def foot_slide(speed: np.ndarray, height: np.ndarray) -> float:
-    """Mean of v (2 - 2^(h / H)) over frames and feet, cm/s; v: (T, 2) cm/s, h: (T, 2) cm, H = 2.5 cm."""
+    """Return the mean of v (2 - 2^(h / H)) over frames and feet, cm/s; v: (T, 2) cm/s, h: (T, 2) cm, H = 2.5 cm."""
     share = 2 - 2 ** (np.clip(height, 0, SLIDE_HEIGHT) / SLIDE_HEIGHT)
     return float((speed * share).mean())
 
 
 def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
-    """Flags (T, 2): the sole patch within 1.5 cm of its support, slower than 15 cm/s, for 5 frames of 30."""
+    """Flag frames (T, 2) in a stance: the sole patch within 1.5 cm of its support, slower than 15 cm/s, for 1/6 s."""
     still = (np.abs(height) <= STANCE_HEIGHT) & (speed < STANCE_SPEED)
     least = max(int(round(STANCE_SECONDS * fps)), 1)
     result = np.zeros_like(still)
@@ -77,10 +77,14 @@ def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
 
 
 def measures(motion: Motion, floor: float = 0.0, body: human.Human | None = None) -> dict[str, float | None]:
-    """Foot slide (cm/s), mean speed in stances (cm/s; None without one) and the share of time in stance."""
-    speed, lowest, middle = sole_tracks(motion, floor, body)
-    # The patch is up to 1.5 cm thick: its middle is measured from where it is when the foot stands flat.
-    standing = stances(speed, middle - _flat_middle(), motion.fps)
+    """Compute the metrics of the feet; arguments as for `sole_tracks`.
+
+    These are foot slide (cm/s), mean speed in stances (cm/s; None without one), share of time in stance, and depth of
+    the feet below the floor (cm).
+    """
+    speed, lowest, centroid = sole_tracks(motion, floor, body)
+    # The patch is up to 1.5 cm thick: the height of its centroid is relative to that of a flat foot.
+    standing = stances(speed, centroid - _flat_centroid(), motion.fps)
     return {
         "foot_slide_cm_s": foot_slide(speed, lowest),
         "stance_slide_cm_s": float(speed[standing].mean()) if standing.any() else None,
@@ -90,7 +94,8 @@ def measures(motion: Motion, floor: float = 0.0, body: human.Human | None = None
 
 
 @functools.cache
-def _flat_middle() -> float:
+def _flat_centroid() -> float:
+    """Return the height of the sole's centroid over its lowest vertex in the rest pose, cm."""
     body = human.load()
     heights = [body.vertices[patch, 1].mean() - body.vertices[patch, 1].min() for patch in sole_patches()]
     return float(np.mean(heights) * 100)

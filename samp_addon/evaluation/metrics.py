@@ -1,7 +1,7 @@
-"""How well a take reached its goal, and how smoothly: Motion and Goal in, numbers out (SAMP, section 5).
+"""Accuracy and smoothness of a take (SAMP, section 5), and all metrics of a report.
 
-Network frame: metres, Y up, +Z forward. The feet are measured in feet.py, contact and penetration in
-collision.py, diversity in diversity.py; `measure` gathers what a report tells of one take.
+Network frame: metres, Y up, +Z forward. The feet are measured in feet.py, contact and penetration in collision.py,
+diversity in diversity.py; `measure` combines the metrics of one take.
 """
 
 from __future__ import annotations
@@ -10,53 +10,45 @@ import numpy as np
 
 from ..body.human import Human
 from ..motion import Goal, Motion
-from ..skeleton import BODY_COUNT, INDEX
+from ..skeleton import BODY_COUNT
 from . import collision, feet
 from .obstacles import Obstacles
 
 SUCCESS_DISTANCE = 0.20
-"""Metres between the pelvis and its goal within which a take has arrived."""
+"""Metres. Largest distance of the pelvis from the goal of a take that has arrived."""
 
 SUCCESS_SECONDS = 1.0
 ARRIVED_SPEED = 0.1
-"""Metres a second. A slower pelvis within reach of the goal has arrived."""
-
-
-def heading(motion: Motion) -> np.ndarray:
-    """Horizontal unit facing (T, 3): the mean of hip line and shoulder line, crossed with up."""
-    joints, _ = motion.forward_kinematics()
-    across = joints[:, INDEX["left_hip"]] - joints[:, INDEX["right_hip"]]
-    across = across + joints[:, INDEX["left_shoulder"]] - joints[:, INDEX["right_shoulder"]]
-    facing = np.cross(across, [0.0, 1.0, 0.0])
-    return facing / np.maximum(np.linalg.norm(facing, axis=-1, keepdims=True), 1e-9)
+"""Metres per second. Largest speed of the pelvis of a take that has arrived."""
 
 
 def _last_second(motion: Motion) -> slice:
+    """Return the frames of the last second."""
     return slice(max(len(motion) - int(round(SUCCESS_SECONDS * motion.fps)) - 1, 0), None)
 
 
 def success(motion: Motion, goal: Goal) -> bool:
-    """Whether the pelvis is within 20 cm of the goal for all of the last second; a shorter take never is."""
+    """Return whether the pelvis is within 20 cm of the goal during the whole last second; false for shorter takes."""
     if motion.seconds < SUCCESS_SECONDS - 1e-6:
         return False
     return bool((_distance(motion, goal)[_last_second(motion)] <= SUCCESS_DISTANCE).all())
 
 
 def position_error(motion: Motion, goal: Goal) -> float:
-    """PE: distance in cm between pelvis and goal, mean over the last second."""
+    """Return PE, the distance between pelvis and goal, cm, mean over the last second."""
     return float(_distance(motion, goal)[_last_second(motion)].mean() * 100)
 
 
 def rotation_error(motion: Motion, goal: Goal) -> float:
-    """RE: angle in degrees between the facing and the goal's direction, mean over the last second."""
+    """Return RE, the angle between the facing and the goal's direction, degrees, mean over the last second."""
     wanted = np.array([goal.direction[0], 0.0, goal.direction[2]])
     wanted = wanted / max(np.linalg.norm(wanted), 1e-9)
-    cosine = np.clip(heading(motion)[_last_second(motion)] @ wanted, -1, 1)
+    cosine = np.clip(motion.headings()[_last_second(motion)] @ wanted, -1, 1)
     return float(np.degrees(np.arccos(cosine)).mean())
 
 
 def execution_time(motion: Motion, goal: Goal) -> float | None:
-    """Seconds until the pelvis is within 20 cm of the goal and slower than 0.1 m/s; None if it never is."""
+    """Return the seconds until the pelvis is within 20 cm of the goal and slower than 0.1 m/s, or None."""
     if len(motion) < 2:
         return None
     speed = np.linalg.norm(np.gradient(motion.root, 1 / motion.fps, axis=0), axis=-1)
@@ -65,7 +57,7 @@ def execution_time(motion: Motion, goal: Goal) -> float | None:
 
 
 def jerk(motion: Motion) -> float:
-    """99th percentile of the 22 body joints' jerk, m/s^3; 0 for takes of fewer than 4 frames."""
+    """Return the 99th percentile of the jerk of the 22 body joints, m/s^3; 0 for takes of fewer than 4 frames."""
     if len(motion) < 4:
         return 0.0
     joints = motion.forward_kinematics()[0][:, :BODY_COUNT]
@@ -73,7 +65,7 @@ def jerk(motion: Motion) -> float:
 
 
 def goal_measures(motion: Motion, goal: Goal) -> dict[str, float | bool | None]:
-    """Success, PE (cm), RE (deg) and execution time (s) of one take."""
+    """Compute success, PE (cm), RE (degrees) and execution time (s) of one take."""
     return {
         "success": success(motion, goal),
         "position_error_cm": position_error(motion, goal),
@@ -89,10 +81,10 @@ def measure(
     floor: float = 0.0,
     body: Human | None = None,
 ) -> dict[str, float | bool | None]:
-    """All measures of one take, ready for a report: plain numbers.
+    """Compute all metrics of one take, as plain numbers for a report.
 
-    goal: None where the take has none. obstacles: of the scene, if that is measured; takes that share them cost
-    less. floor: height in metres on which the feet stand, and under which all is solid. body: whose skin is measured;
+    goal: without one, its metrics are left out. obstacles: of the scene, without which collisions are left out; cheaper
+    if shared by several takes. floor: height on which the feet stand and below which everything is solid, metres. body:
     the default human if left out.
     """
     numbers = {} if goal is None else goal_measures(motion, goal)
@@ -104,4 +96,5 @@ def measure(
 
 
 def _distance(motion: Motion, goal: Goal) -> np.ndarray:
+    """Return the distance (T,) between pelvis and goal, metres."""
     return np.linalg.norm(motion.root - np.asarray(goal.position), axis=-1)

@@ -1,7 +1,7 @@
-"""How deep places lie inside a scene, asked many times: by all frames of all takes in it. Network frame, metres.
+"""Penetration depth of points in a scene, cached for the many queries of all takes in it. Network frame, metres.
 
-What is solid says scene/solids.py, on cells of 2 cm. Cells are made in blocks, as they are asked about, and kept; most
-places are far from every surface, and one look into their cell settles it. The others get an exact distance.
+Solid cells of 2 cm come from scene/distance/solids.py. They are computed in blocks when first queried and cached. Most
+points are far from every surface and need only a look-up of their cell; the others get an exact distance.
 """
 
 from __future__ import annotations
@@ -11,33 +11,33 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..scene.solids import MARGIN, PITCH, Boxed, Surface, free_counts, solid_cells
+from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
 
 CONTACT_DISTANCE = 0.01
-"""Metres from a surface within which skin touches it."""
+"""Metres. Skin closer to a surface than this touches it."""
 
 ROUNDING = 1e-5
-"""Metres; soles that stand on the floor are not under it."""
+"""Metres. Tolerance that keeps soles on the floor from counting as below it."""
 
 _BITS = 5
 BLOCK = 1 << _BITS
 """Cells along the edge of a block."""
 
-AROUND = 1.0
-"""Metres beyond the places asked about over which surfaces are looked at, so that the next take is there too."""
+PADDING = 1.0
+"""Metres by which the box of loaded surfaces extends beyond the queried points, likely covering the next take."""
 
-AT_ONCE = 50_000
-"""Places looked at together, few enough for a processor's cache."""
+CHUNK = 50_000
+"""Points processed together, few enough for the processor's cache."""
 
-SCATTERED = 1e6
-"""Blocks of a box above which its places are looked at in two halves."""
+MAX_BLOCKS = 1e6
+"""Blocks in the bounding box of a query, above which the query is split into halves."""
 
 _INSIDE, _NEAR = 1, 2
 _EDGE = BLOCK * PITCH
 
 
 class Obstacles:
-    """A scene's triangles, and what has been found out about them. Several threads may ask."""
+    """The triangles of a scene with cached solid cells. Thread-safe."""
 
     def __init__(self, triangles: np.ndarray) -> None:
         """triangles: (F, 3, 3) of the scene."""
@@ -46,10 +46,11 @@ class Obstacles:
         self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray, floor: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """How deep a body's vertices (T, V, 3) lie inside the scene, (T, V) metres, 0 outside, and flags (T, V) of
-        those less than 1 cm from a surface, or inside.
+        """Compute the depth of a body's vertices inside the scene, and which of them touch it.
 
-        floor: height under which all is solid, or None. The body of the first frame counts as outside of all.
+        vertices: (T, V, 3) metres. floor: height below which everything is solid, or None. The body of the first frame
+        is assumed to be outside all solids. Returns depth (T, V), metres, 0 outside, and flags (T, V) of vertices
+        inside or less than 1 cm from a surface.
         """
         with self._lock:
             if floor not in self._over:
@@ -58,25 +59,25 @@ class Obstacles:
 
 
 class _Solids:
-    """What stands on one floor."""
+    """The solids above one floor height."""
 
     def __init__(self, triangles: np.ndarray, floor: float | None) -> None:
         self._floor, self._carpets = floor, None
         if floor is not None:
-            # The floor's own slab, and carpets on it, are what `under` below stands for.
+            # The floor's own slab and carpets on it are covered by `under` in depth().
             top = triangles[..., 1].max(1)
             flat = triangles[(top > floor + ROUNDING) & (top <= floor + CONTACT_DISTANCE)]
             triangles = triangles[top > floor + CONTACT_DISTANCE]
             self._carpets = Surface(flat) if len(flat) else None
-        self._scene = Boxed.of(triangles)
+        self._scene = BoxedTriangles.of(triangles)
         self._low = self._high = np.zeros(3)
         self._surface: Surface | None = None
         self._blocks: dict[tuple[int, ...], _Blocks] = {}
         self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See Obstacles.depth."""
-        # Columns of their own: numpy is several times slower along a short last axis.
+        """Compute depth and contact; see Obstacles.depth."""
+        # One array per coordinate: numpy is several times slower along a short last axis.
         columns = np.ascontiguousarray(vertices.reshape(-1, 3).T, dtype=np.float64)
         depth, touching = np.zeros(columns.shape[1]), np.zeros(columns.shape[1], bool)
         with self._lock:
@@ -84,8 +85,8 @@ class _Solids:
         if surface is not None:
             free = tuple(free_counts(self._scene, vertices[0]))
             blocks = self._blocks.setdefault(free, _Blocks(self._scene, free))
-            for start in range(0, len(depth), AT_ONCE):
-                part = slice(start, start + AT_ONCE)
+            for start in range(0, len(depth), CHUNK):
+                part = slice(start, start + CHUNK)
                 depth[part], touching[part] = _point_depth(columns[:, part], blocks, surface)
         depth, touching = depth.reshape(vertices.shape[:2]), touching.reshape(vertices.shape[:2])
         if self._floor is not None:
@@ -96,7 +97,7 @@ class _Solids:
         return depth, touching
 
     def _touch_carpets(self, vertices: np.ndarray, touching: np.ndarray) -> None:
-        """Flags the vertices (T, V, 3) that lie on carpets: what rises over the floor by little."""
+        """Flag the vertices (T, V, 3) that touch carpets, surfaces slightly above the floor."""
         if self._carpets is None:
             return
         row, column = np.nonzero(~touching & (vertices[..., 1] < self._floor + 2 * CONTACT_DISTANCE))
@@ -105,13 +106,13 @@ class _Solids:
             touching[row, column] = gap <= CONTACT_DISTANCE
 
     def _reach(self, low: np.ndarray, high: np.ndarray) -> Surface | None:
-        """All surfaces near a box, and maybe more."""
+        """Return at least all surfaces near the box from low to high (3,), or None without any."""
         if self._surface is not None and (low >= self._low).all() and (high <= self._high).all():
             return self._surface
         some = self._surface is not None
-        low = np.minimum(low - AROUND, self._low) if some else low - AROUND
-        high = np.maximum(high + AROUND, self._high) if some else high + AROUND
-        # Blocks that hold places in the box end within it and one block more.
+        low = np.minimum(low - PADDING, self._low) if some else low - PADDING
+        high = np.maximum(high + PADDING, self._high) if some else high + PADDING
+        # Blocks that contain points of the box extend at most one block beyond it.
         close = self._scene.overlapping(low - _EDGE - MARGIN, high + _EDGE + MARGIN)
         self._low, self._high = low, high
         self._surface = Surface(self._scene.triangles[close]) if close.any() else None
@@ -119,25 +120,25 @@ class _Solids:
 
 
 class _Blocks:
-    """Flags of a scene's cells, _INSIDE and _NEAR, in blocks."""
+    """Flags _INSIDE and _NEAR of a scene's cells, in blocks."""
 
-    def __init__(self, scene: Boxed, free: Sequence[int]) -> None:
+    def __init__(self, scene: BoxedTriangles, free: Sequence[int]) -> None:
         """free: see solids.free_counts."""
         self._scene, self._free = scene, free
         self._numbers: dict[tuple[int, ...], int] = {}
-        self._flags = np.zeros((2, BLOCK**3), np.uint8)  # the first two are all outside and all inside
+        self._flags = np.zeros((2, BLOCK**3), np.uint8)  # the first two blocks are all outside and all inside
         self._flags[1] = _INSIDE
         self._count = 2
         self._lock = threading.Lock()
 
     def at(self, points: np.ndarray, surface: Surface) -> np.ndarray:
-        """The flags (N,) of the cells of points (3, N); surface: all that is near them."""
+        """Return the flags (N,) of the cells of points (3, N). surface: at least all surfaces near the points."""
         cell = np.floor(points * (1 / PITCH)).astype(np.int32)
         block = cell >> _BITS
         low = block.min(1).astype(np.int64)
         shape = block.max(1) - low + 1
-        if shape.prod(dtype=float) > SCATTERED:
-            # Takes can leap: half the places, and half again, until none are so far apart.
+        if shape.prod(dtype=float) > MAX_BLOCKS:
+            # Takes can jump far: split the points until the parts are compact.
             middle = (low + block.max(1)) // 2
             axis = int(shape.argmax())
             here = block[axis] <= middle[axis]
@@ -147,21 +148,21 @@ class _Blocks:
         place = ((block[0] - low[0]) * shape[1] + (block[1] - low[1])) * shape[2] + (block[2] - low[2])
         numbers = np.zeros(int(np.prod(shape)), np.int32)
         for wanted in np.flatnonzero(np.bincount(place, minlength=len(numbers))):
-            numbers[wanted] = self._number(
+            numbers[wanted] = self._block_number(
                 tuple(int(k) for k in np.unravel_index(wanted, shape) + low), surface
             )
         x, y, z = cell & (BLOCK - 1)
         return self._flags.reshape(-1)[(((numbers[place] << _BITS) + x << _BITS) + y << _BITS) + z]
 
-    def _number(self, block: tuple[int, ...], surface: Surface) -> int:
-        """Number of a block's flags; they are made where they are not there yet."""
+    def _block_number(self, block: tuple[int, ...], surface: Surface) -> int:
+        """Return the index of a block's flags, which are computed if missing."""
         with self._lock:
             if block not in self._numbers:
-                self._numbers[block] = self._made(np.array(block), surface)
+                self._numbers[block] = self._make_block(np.array(block), surface)
         return self._numbers[block]
 
-    def _made(self, block: np.ndarray, surface: Surface) -> int:
-        """Number of the flags of a block, made."""
+    def _make_block(self, block: np.ndarray, surface: Surface) -> int:
+        """Compute the flags of a block and return their index."""
         low = block * _EDGE
         if not self._scene.overlapping(low - MARGIN, low + _EDGE + MARGIN).any():
             return int(solid_cells(self._scene, low + _EDGE / 2, np.ones(3, int), self._free).item())
@@ -175,7 +176,7 @@ class _Blocks:
 
 
 def _point_depth(points: np.ndarray, blocks: _Blocks, surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Depth (N,) and touch flags (N,) of points (3, N)."""
+    """Return depth (N,) and contact flags (N,) of points (3, N)."""
     flags = blocks.at(points, surface)
     some = np.flatnonzero(flags)
     depth, touching = np.zeros(len(flags)), np.zeros(len(flags), bool)
@@ -188,9 +189,10 @@ def _point_depth(points: np.ndarray, blocks: _Blocks, surface: Surface) -> tuple
 def _depth_near(
     points: np.ndarray, inside: np.ndarray, blocks: _Blocks, surface: Surface
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Depth (N,) and touch flags (N,) of points (N, 3), inside of something or near a surface.
+    """Return depth (N,) and contact flags (N,) of points (N, 3) that are inside a solid or near a surface.
 
-    Within a cell of a surface the cells are not sure of the side: there it is asked a cell farther away from it.
+    Less than a cell from a surface, the flags of a cell are ambiguous: the cell at a point moved away from the surface
+    by one cell is used instead.
     """
     gap, places = np.empty(len(points)), np.empty((len(points), 3))
     near = ~inside

@@ -1,1 +1,1 @@
-"""Mending a Motion: foot lock, inverse kinematics, energies."""
+"""Refinement of motions: foot lock, inverse kinematics, and the optimisation of a whole take against its scene."""

@@ -1,36 +1,46 @@
-"""How far a body is from what it may touch: the scene with soft seats, and the floor. Network frame, metres."""
+"""Signed distances of a body to what it may touch: the scene with soft seats, and the floor. Network frame, metres."""
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
-from ..scene import signed_distance
+from ..scene.distance import signed_distance
 
-STEEP = 0.7
-"""Cosine between a surface and the floor from which on nobody stands on it."""
+MIN_LEVEL = 0.7
+"""Cosine between a surface's normal and the vertical below which the surface is too steep to stand on."""
+
+
+class Ground(Protocol):
+    """What feet stand on."""
+
+    def support(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the heights (N,) of the ground near soles (N, 3), NaN where there is none, and its normals (N, 3)."""
 
 
 class Field:
-    """Signed distances of the scene. What gives is entered by so much before it counts."""
+    """Signed distances of the scene. A soft surface counts as hit only where it is entered deeper than it yields."""
 
     def __init__(
         self, triangles: np.ndarray, give: np.ndarray, floor: float | None, free: np.ndarray
     ) -> None:
-        """triangles: (F, 3, 3). give: (F,) metres. floor: height under which all is solid, or None. free: (N, 3)
-        places most of which are outside of all solids."""
+        """triangles: (F, 3, 3). give: (F,) metres by which they yield. floor: height below which all is solid, or
+        None. free: (N, 3) points, most of them outside of all solids."""
         self.floor = floor
         self.parts = [
-            (signed_distance.of(triangles[give == depth], free, floor), float(depth))
+            (signed_distance.cached_field(triangles[give == depth], free, floor), float(depth))
             for depth in np.unique(give)
         ]
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances (N,) of points (N, 3), at most signed_distance.BAND and more, and the ways out (N, 3)."""
+        """Return the distances (N,) of points (N, 3), at most signed_distance.BAND, and their gradients (N, 3), which
+        point out of the scene."""
         distance, slope = np.full(len(points), signed_distance.BAND), np.zeros((len(points), 3))
         for part, give in self.parts:
-            found, way = part.at(points)
+            found, gradient = part.at(points)
             nearer = found + give < distance
-            distance[nearer], slope[nearer] = found[nearer] + give, way[nearer]
+            distance[nearer], slope[nearer] = found[nearer] + give, gradient[nearer]
         if self.floor is not None:
             above = points[:, 1] - self.floor
             nearer = above < distance
@@ -38,10 +48,10 @@ class Field:
         return distance, slope
 
     def support(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Heights (N,) of the ground nearest to soles (N, 3), NaN where there is none near, and its normals (N, 3)."""
+        """Return the heights (N,) of the ground near soles (N, 3), NaN where there is none, and its normals (N, 3)."""
         distance, slope = self.at(points)
         length = np.linalg.norm(slope, axis=-1)
-        way = slope / np.maximum(length, 1e-9)[:, None]
-        ground = (distance < signed_distance.BAND) & (np.abs(way[:, 1]) > STEEP) & (length > 0.5)
-        height = np.where(ground, points[:, 1] - distance * way[:, 1], np.nan)
-        return height, way * np.sign(np.where(way[:, 1] == 0, 1.0, way[:, 1]))[:, None]
+        normal = slope / np.maximum(length, 1e-9)[:, None]
+        ground = (distance < signed_distance.BAND) & (np.abs(normal[:, 1]) > MIN_LEVEL) & (length > 0.5)
+        height = np.where(ground, points[:, 1] - distance * normal[:, 1], np.nan)
+        return height, normal * np.sign(np.where(normal[:, 1] == 0, 1.0, normal[:, 1]))[:, None]

@@ -1,4 +1,4 @@
-"""Two-bone inverse kinematics for legs and arms, over whole motions at once."""
+"""Two-bone inverse kinematics of legs and arms, for all frames of a motion at once."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ LIMBS = {
     "left_arm": ("left_shoulder", "left_elbow", "left_wrist"),
     "right_arm": ("right_shoulder", "right_elbow", "right_wrist"),
 }
-STRETCH = 0.998  # of the limb's length: a limb is never quite straight, or its middle joint would pop
+STRETCH = 0.998  # share of the limb's length that is used: near full stretch the middle joint pops
 
 
 def solve_limb(
     root: np.ndarray, rotations: np.ndarray, rest_joints: np.ndarray, limb: str, target: np.ndarray
 ) -> np.ndarray:
-    """Local rotations (T, J, 4) in which the limb's end is at target (T, 3), its end joint turned as before.
+    """Return local rotations (T, J, 4) that bring the end of a limb to target (T, 3).
 
-    The middle joint stays in the plane it was in. A target out of reach is approached as far as the limb goes.
+    root: (T, 3) of the pelvis; rest_joints: (J, 3); metres. limb: a key of LIMBS. The end joint keeps its global
+    rotation, and the middle joint its plane. A target out of reach is approached as far as the limb allows.
     """
     a, b, c = (skeleton.INDEX[name] for name in LIMBS[limb])
     positions, globals_ = skeleton.forward_kinematics(root, rotations, rest_joints)
@@ -48,8 +49,8 @@ def solve_limb(
 
 
 def at_height(bone: np.ndarray, height: np.ndarray, flat: np.ndarray) -> np.ndarray:
-    """Bones (T, 3) as long as before whose ends are at a height (T,) over their starts, metres, and which point along
-    flat (T, 2) over the floor."""
+    """Return bones (T, 3), of unchanged length, that rise by height (T,), metres, and point horizontally along flat
+    (T, 2)."""
     room = np.sqrt(np.maximum(np.linalg.norm(bone, axis=-1) ** 2 - height**2, 0.0))
     flat = flat * (room / np.maximum(np.linalg.norm(flat, axis=-1), 1e-6))[:, None]
     return np.stack([flat[:, 0], height, flat[:, 1]], -1)
@@ -63,7 +64,7 @@ def _bend(
     old_middle: np.ndarray,
     old_end: np.ndarray,
 ) -> np.ndarray:
-    """The middle joint (T, 3), from the limb's start, on the side of the axis where it was before."""
+    """Return the middle joint (T, 3) relative to the start of the limb, on the same side of the axis as before."""
     cosine = np.clip((upper**2 + reach**2 - lower**2) / (2 * upper * reach), -1, 1)
     swing = rotation.between(old_end, axis)
     side = rotation.rotate(swing, old_middle)

@@ -1,7 +1,7 @@
 """Gradient descent on a whole take against its scene (Long-term motion, section 3.4 and appendix 2), in two stages.
 
-The scene is looked at every few steps; between looks each vertex knows its distance and the way out, which is all
-that gradient descent takes from it anyhow, and a hundred times as fast. Network frame, metres.
+The scene is sampled every few steps. Between samples the distance of each vertex is linear along its gradient, which
+is all that gradient descent uses, and a hundred times as fast. Network frame, metres.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ import torch
 from .. import skeleton
 from ..body import human
 from ..body.human import Human
-from ..body.limits import limits
+from ..body.joint_limits import limits
 from ..motion import Goal, Motion
-from ..torch_threads import one_thread
+from ..torch_threads import single_thread
 from . import energies
+from .feet.plan import FootPlan
 from .field import Field
+from .hovering import TOUCHING, supported
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
-from .standing import FootPlan, ball
-from .weight import TOUCHING, carried
 
 STEPS = (40, 80)  # of the two stages
-LOOK = 10  # steps between two looks at the scene
-PATIENCE = 3  # looks without gain after which a stage is done
+SAMPLE_EVERY = 10  # steps between two samples of the scene
+PATIENCE = 3  # samples without gain after which a stage ends
 RATES = (0.006, 0.012)  # of Adam: metres of the root, radians of the joints
-GROUND = 10.0  # of leaving the ground, beside staying with the input
+GROUND = 10.0  # weight of feet that leave the ground, relative to closeness to the input
 BETAS = (0.9, 0.999)
-MARGIN = 0.006  # metres that skin keeps off things
-SOLE_THICKNESS, SOLE_MARGIN = 0.02, -0.012  # soles are put onto the ground afterwards, see standing.py
-ACTIVE = 0.06  # metres from a surface within which a vertex is watched
-HELD = 200.0  # vertices that weigh as much as a metre between a body and what carries it
-TOUCH_FROM = 0.05  # metres from a surface within which skin is drawn to it
-ENOUGH = 1e-2  # relative gain below which there is none
-# How much an energy's unit weighs beside the others: metres of all vertices together, counts of vertices, metres of
+MARGIN = 0.006  # metres between skin and surfaces
+SOLE_THICKNESS, SOLE_MARGIN = 0.02, -0.012  # soles are put onto the ground afterwards, see feet/
+ACTIVE = 0.06  # metres from a surface within which a vertex is included
+SUPPORT = 200.0  # vertices that weigh as much as a metre between a body and what supports it
+TOUCH_FROM = 0.05  # metres from a surface within which skin is attracted to it
+MIN_GAIN = 1e-2  # relative gain below which a sample counts as one without gain
+# Relative weights of the energies, whose units differ: metres summed over vertices, counts of vertices, metres of
 # joints, squared radians, squared metres.
 SCALES = {
     "collision": 5.0,
@@ -47,43 +47,46 @@ SCALES = {
     "limits": 20.0,
     "goal": 30.0,
 }
-# What people move first: limbs before the trunk.
+# Stiffness of each joint: people move their limbs before their trunk.
 STIFFNESS = {"spine1": 3.0, "spine2": 3.0, "spine3": 3.0, "neck": 1.5, "head": 1.5, "pelvis": 4.0, "hip": 1.5,
              "knee": 1.0, "ankle": 1.0, "foot": 0.5, "collar": 1.5, "shoulder": 0.6, "elbow": 0.5,
              "wrist": 0.5}  # fmt: skip
-# Joints whose skin rests on things: who sits or lies wants these in touch, not the hands.
+# Joints whose skin rests on surfaces while sitting or lying; hands do not.
 RESTING = ("pelvis", "hip", "knee", "spine1", "spine2", "spine3", "head")
-STILL = 0.6  # m/s of the pelvis from which on nothing is rested on
+STILL = 0.6  # m/s of the pelvis, below which the body can rest on something
 _FEET = [skeleton.INDEX[f"{side}_{name}"] for name in ("ankle", "foot") for side in ("right", "left")]
 
 
 @dataclass
-class Watched:
-    """Vertices near things. row, vertex: (N,) frame number among those looked at, and vertex. place, way: (N, 3) where
-    it was seen and the way out; distance: (N,). rests: (N,) flags of skin that rests on things. nearest: numbers
-    among the N of the nearest in each frame that something has to carry."""
+class NearVertices:
+    """Vertices near surfaces, as last sampled.
+
+    row, vertex: (N,) indices of the sampled frame and of the vertex. place, gradient: (N, 3) its position and the
+    gradient of its distance; distance: (N,). rests: (N,) flags of skin that rests on surfaces. nearest: indices among
+    the N of the nearest vertex in each frame in which the body is supported.
+    """
 
     row: torch.Tensor
     vertex: torch.Tensor
     place: torch.Tensor
-    way: torch.Tensor
+    gradient: torch.Tensor
     distance: torch.Tensor
     rests: torch.Tensor
     nearest: torch.Tensor
 
 
 @dataclass(frozen=True)
-class Looks:
-    """How closely the scene is looked at: every so many steps, in so many frames a second, for vertices that were once
-    nearer than so many metres. The benchmark compares this with all of everything."""
+class Sampling:
+    """How densely the scene is sampled: every ``every`` steps, in ``rate`` frames per second, for vertices that were
+    within ``near`` metres at first. The benchmark compares the default with all vertices, frames and steps."""
 
-    every: int = LOOK
-    a_second: float = 15.0  # the changes between are smooth
+    every: int = SAMPLE_EVERY
+    rate: float = 15.0  # the changes between frames are smooth
     near: float = 1.5 * ACTIVE
 
 
 class Optimiser:
-    """One take, or a window of one, and what is changed of it."""
+    """The optimisation of one take, or of a window of one."""
 
     def __init__(
         self,
@@ -94,14 +97,14 @@ class Optimiser:
         feet: list[FootPlan],
         goal: Goal | None,
         resting: np.ndarray,
-        looks: Looks | None = None,
+        sampling: Sampling | None = None,
     ) -> None:
-        """weights: of the energies by their names in SCALES. resting: (T,) frames that rest on the goal."""
-        self.looks = looks or Looks()
+        """weights: by the names in SCALES. resting: (T,) 1 in frames that rest on the goal, else 0."""
+        self.sampling = sampling or Sampling()
         self.motion, self.body, self.field, self.weights = motion, body, field, weights
         self.pose = Pose(motion, body)
         self.skin = Skin(body, body.collision)
-        step = max(1, round(motion.fps / self.looks.a_second))
+        step = max(1, round(motion.fps / self.sampling.rate))
         self.rows = torch.arange(0, len(motion), step)
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
         self.basis = tensor(spline_basis(len(motion), motion.fps))
@@ -109,7 +112,7 @@ class Optimiser:
         self.root_knots = torch.zeros(count, 3, requires_grad=True)
         self.turn_knots = torch.zeros(count, skeleton.BODY_COUNT, 3, requires_grad=True)
         self.feet_at = tensor(
-            np.stack([plan.ankle for plan in feet] + [ball(plan, motion) for plan in feet], 1)
+            np.stack([plan.ankle for plan in feet] + [plan.ball(motion.rest_joints) for plan in feet], 1)
         )
         self.standing = tensor(np.stack([plan.standing for plan in feet] * 2, 1))
         self.goal = None if goal is None else (tensor(goal.position), tensor(goal.direction))
@@ -125,57 +128,57 @@ class Optimiser:
             else [0]
         )
         self.still = torch.tensor(np.asarray(speed) < STILL)[self.rows]
-        self.carried = carried(motion)[self.rows.numpy()]
+        self.supported = supported(motion)[self.rows.numpy()]
         with torch.no_grad():
             none = torch.zeros(len(motion), 3), torch.zeros(len(motion), skeleton.BODY_COUNT, 3)
             self.before, _ = self.pose.joints(*none)
-        self.watched: Watched | None = None
+        self.near: NearVertices | None = None
 
     def changes(self) -> tuple[torch.Tensor, torch.Tensor]:
-        """Shift (T, 3) of the root and turn (T, 22, 3) of the joints."""
+        """Return the shift (T, 3) of the root, metres, and the rotation vectors (T, 22, 3) of the joints."""
         return self.basis @ self.root_knots, (self.basis @ self.turn_knots.flatten(1)).unflatten(1, (-1, 3))
 
     def solve(
         self, stage: int, progress: Callable[[float], None] = lambda share: None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """One of the two stages, 0 or 1. Returns shift (T, 3) and turn (T, 22, 3); progress is told the share done."""
-        with one_thread():
+        """Run stage 0 or 1 and return the changes, see changes(). progress: called with the share done, from 0 to 1."""
+        with single_thread():
             self._descend(stage, progress)
         with torch.no_grad():
             shift, turn = self.changes()
         return shift.numpy().astype(np.float64), turn.numpy().astype(np.float64)
 
     def _descend(self, stage: int, progress: Callable[[float], None]) -> None:
-        """Gradient descent on the knots."""
+        """Run gradient descent on the knots."""
         steps = STEPS[stage]
         adam = Adam([self.root_knots, self.turn_knots], RATES)
         values: list[float] = []
         for step in range(steps):
-            if step % self.looks.every == 0:
-                self.look()
+            if step % self.sampling.every == 0:
+                self.sample_scene()
                 values.append(float(self.loss(stage).detach()))
-                if self._is_done(values):
+                if self._has_converged(values):
                     break
             self.loss(stage).backward()
             adam.step(1 - 0.9 * step / steps)
             progress(step / steps)
 
-    def _is_done(self, values: Sequence[float]) -> bool:
-        """Whether the losses of the last looks are no better than those before."""
-        waited = PATIENCE * LOOK // self.looks.every
-        return len(values) > waited and min(values[-waited:]) > (1 - ENOUGH) * min(values[:-waited])
+    def _has_converged(self, values: Sequence[float]) -> bool:
+        """Return whether the losses of the last samples are no better than those before."""
+        waited = PATIENCE * SAMPLE_EVERY // self.sampling.every
+        return len(values) > waited and min(values[-waited:]) > (1 - MIN_GAIN) * min(values[:-waited])
 
     def loss(self, stage: int) -> torch.Tensor:
-        """All energies with their weights; the first stage leaves the feet's places out."""
+        """Return the weighted sum of all energies; the first stage lets feet slide."""
         shift, turn = self.changes()
         placed, turned = self.pose.joints(shift, turn)
-        watched, frames = self.watched, len(self.rows)
-        skin = self.skin.at(self.pose.transforms(placed, turned, self.rows), watched.row, watched.vertex)
-        distance = watched.distance + ((skin - watched.place) * watched.way).sum(-1)
+        near, frames = self.near, len(self.rows)
+        skin = self.skin.at(self.pose.transforms(placed, turned, self.rows), near.row, near.vertex)
+        distance = near.distance + ((skin - near.place) * near.gradient).sum(-1)
         parts = {
-            "collision": energies.collision(distance, self.margin[watched.vertex], frames),
-            "contact": energies.contact(distance[watched.rests], TOUCHING, frames)
-            + HELD * energies.held(distance.index_select(0, watched.nearest), TOUCHING, frames),
+            "collision": energies.collision(distance, self.margin[near.vertex], frames),
+            "contact": energies.contact(distance[near.rests], TOUCHING, frames)
+            + SUPPORT * energies.support(distance.index_select(0, near.nearest), TOUCHING, frames),
             "smooth": energies.smoothness(placed - self.before) * self.motion.fps / 30,
             "close": energies.closeness(shift, turn, self.stiffness),
             "limits": energies.joint_limits(self.pose.local @ rotation_matrices(turn), self.limits),
@@ -189,38 +192,39 @@ class Optimiser:
             parts["goal"] = energies.on_goal(placed, *self.goal, self.resting)
         return sum(SCALES[name] * self.weights[name] * value for name, value in parts.items())
 
-    def look(self) -> None:
-        """Where the skin is now, and how far from things."""
+    def sample_scene(self) -> None:
+        """Sample the distances of the present skin to the scene."""
         with torch.no_grad():
             shift, turn = (c.numpy().astype(np.float64) for c in self.changes())
         rows = self.rows.numpy()
         moved = changed(self.motion, shift, turn)
-        thin = moved.posed(rows)
+        thin = moved.pose_slice(rows)
         skin = human.skin(self.body, thin, self.body.collision)
-        if self.watched is None:
-            self._near = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.looks.near)
-        points = skin.reshape(-1, 3)[self._near]
-        distance, way = self.field.at(points)
-        close = distance < (ACTIVE if np.isfinite(self.looks.near) else np.inf)
-        chosen, points, distance, way = self._near[close], points[close], distance[close], way[close]
-        length = np.linalg.norm(way, axis=-1, keepdims=True)
+        if self.near is None:
+            self._candidates = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.sampling.near)
+        points = skin.reshape(-1, 3)[self._candidates]
+        distance, gradient = self.field.at(points)
+        close = distance < (ACTIVE if np.isfinite(self.sampling.near) else np.inf)
+        chosen, points = self._candidates[close], points[close]
+        distance, gradient = distance[close], gradient[close]
+        length = np.linalg.norm(gradient, axis=-1, keepdims=True)
         row, vertex = np.divmod(chosen, skin.shape[1])
         tensor = lambda a: torch.tensor(a, dtype=torch.float32)
-        self.watched = Watched(
-            torch.as_tensor(row), torch.as_tensor(vertex), tensor(points), tensor(way / np.maximum(length, 1.0)),
+        self.near = NearVertices(
+            torch.as_tensor(row), torch.as_tensor(vertex), tensor(points), tensor(gradient / np.maximum(length, 1.0)),
             tensor(distance), self.rests[vertex] & self.still[row] & torch.as_tensor(distance < TOUCH_FROM),
             torch.as_tensor(self._nearest(row, distance)),
         )  # fmt: skip
 
     def _nearest(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """Which of the vertices, in order of their rows (N,), is nearest in each row that something carries."""
+        """Return the index of the nearest vertex in each row in which the body is supported. row: (N,), in order."""
         order = np.lexsort((distance, row))
         first = order[np.unique(row[order], return_index=True)[1]]
-        return first[self.carried[row[first]]]
+        return first[self.supported[row[first]]]
 
 
 class Adam:
-    """Kingma and Ba's gradient descent. torch's own takes seconds to load, for a compiler that is not used here."""
+    """Adam (Kingma and Ba 2014). torch.optim takes seconds to import, for a compiler that is not used here."""
 
     def __init__(self, tensors: Sequence[torch.Tensor], rates: Sequence[float]) -> None:
         self.tensors, self.rates, self.count = tensors, rates, 0
@@ -228,7 +232,7 @@ class Adam:
 
     @torch.no_grad()
     def step(self, share: float) -> None:
-        """One step of the tensors down their gradients, with this share of the rates; the gradients are cleared."""
+        """Take one step with a share of the learning rates, and clear the gradients."""
         self.count += 1
         for tensor, rate, (first, second) in zip(self.tensors, self.rates, self.means, strict=True):
             first.lerp_(tensor.grad, 1 - BETAS[0])
@@ -239,12 +243,12 @@ class Adam:
 
 
 def _by_joint(table: dict[str, float]) -> np.ndarray:
-    """Numbers (22,) by the names of joints without their sides."""
+    """Return the values (22,) of a table by joint name without side."""
     return np.array([table[name.split("_")[-1]] for name in skeleton.BODY_JOINTS])
 
 
 def _rests(body: Human) -> np.ndarray:
-    """Flags of the collision vertices that rest on things: those on the back and underneath of RESTING joints."""
+    """Return flags of the collision vertices that rest on surfaces: those at the back of RESTING joints."""
     main = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0][
         body.collision
     ]

@@ -1,7 +1,7 @@
-"""A motion and smooth changes of it, as torch sees them: joints and skin with gradients.
+"""Differentiable joints and skin of a motion under smooth changes.
 
 The changes are cubic B-splines in time: whatever the optimiser does, nothing pops. Only the body's 22 joints
-change; hands and face stay as they are on wrist and head. Network frame, metres, radians.
+change; hands and face follow wrist and head rigidly. Network frame, metres, radians.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _BODY = skeleton.BODY_COUNT
 
 
 def spline_basis(frames: int, fps: float, spacing: float = KNOT_SECONDS) -> np.ndarray:
-    """(T, K): how much each knot counts in each frame; uniform cubic B-splines, rows add up to 1."""
+    """Return the weights (T, K) of the knots in each frame: uniform cubic B-splines, whose rows add up to 1."""
     at = np.arange(frames) / fps / spacing
     first = np.minimum(at.astype(int), max(int(np.ceil(at[-1])) - 1, 0))
     u = at - first
@@ -35,7 +35,7 @@ def spline_basis(frames: int, fps: float, spacing: float = KNOT_SECONDS) -> np.n
 
 
 def rotation_matrices(vectors: torch.Tensor) -> torch.Tensor:
-    """Rodrigues' formula: matrices (..., 3, 3) of rotation vectors (..., 3)."""
+    """Return the matrices (..., 3, 3) of rotation vectors (..., 3), by Rodrigues' formula."""
     square = vectors.square().sum(-1, keepdim=True)[..., None]
     angle = (square + 1e-12).sqrt()
     x, y, z = vectors.unbind(-1)
@@ -46,7 +46,7 @@ def rotation_matrices(vectors: torch.Tensor) -> torch.Tensor:
 
 
 class Pose:
-    """A motion of a body, and its joints for any change of it."""
+    """The joints of a motion as a function of changes to it."""
 
     def __init__(self, motion: Motion, body: Human) -> None:
         self.body, self.motion = body, motion
@@ -56,21 +56,21 @@ class Pose:
         turned = rotation.quaternion_to_matrix(turned)
         self.anchor = _anchors()
         rest = body.joints
-        # Hands and face, once and for all, in the frame of the wrist or head that carries them.
+        # Hands and face are kept in the frame of the wrist or head that carries them.
         placed, _ = skeleton.forward_kinematics(motion.root, rotations, rest)
         held = turned[:, self.anchor].swapaxes(-1, -2)
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
         self.local, self.root = tensor(local[:, :_BODY]), tensor(motion.root)
         self.rest = tensor(rest)
-        self.carried = tensor(held @ turned)
+        self.local_turns = tensor(held @ turned)
         away = placed - placed[:, self.anchor]
-        self.carried_at = tensor((held @ away[..., None])[..., 0])
+        self.local_places = tensor((held @ away[..., None])[..., 0])
         self.levels = _levels()
 
     def joints(self, shift: torch.Tensor, turn: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Places (T, 22, 3) and global rotations (T, 22, 3, 3) of the body's joints.
+        """Return positions (T, 22, 3) and global rotation matrices (T, 22, 3, 3) of the body's joints.
 
-        shift: (T, 3) of the root, metres. turn: (T, 22, 3) rotation vectors, each after its joint's own rotation.
+        shift: (T, 3) of the root, metres. turn: (T, 22, 3) rotation vectors, applied after each joint's own rotation.
         """
         local = self.local @ rotation_matrices(turn)
         where = {0: (0, 0)}
@@ -88,29 +88,29 @@ class Pose:
         return torch.cat(placed, 1)[:, back], torch.cat(turned, 1)[:, back]
 
     def transforms(self, placed: torch.Tensor, turned: torch.Tensor, frames: torch.Tensor) -> torch.Tensor:
-        """(N, 55, 3, 4): where all joints of some frames (N,) take points that are given about them."""
+        """Return the transforms (N, 55, 3, 4) from the frames of all joints to the world, in some frames (N,)."""
         anchor = torch.as_tensor(self.anchor)
         held = turned.index_select(0, frames).index_select(1, anchor)
-        matrices = held @ self.carried[frames]
+        matrices = held @ self.local_turns[frames]
         places = (
             placed.index_select(0, frames).index_select(1, anchor)
-            + (held @ self.carried_at[frames][..., None])[..., 0]
+            + (held @ self.local_places[frames][..., None])[..., 0]
         )
         return torch.cat([matrices, places[..., None]], -1)
 
 
 def changed(motion: Motion, shift: np.ndarray, turn: np.ndarray) -> Motion:
-    """The motion with its root shifted by (T, 3) metres and its body joints turned by rotation vectors (T, 22, 3)."""
+    """Return the motion with its root shifted by (T, 3) and its body joints turned by rotation vectors (T, 22, 3)."""
     rotations = motion.rotations.copy()
     rotations[:, :_BODY] = rotation.multiply(rotations[:, :_BODY], rotation.from_axis_angle(turn))
     return replace(motion, root=motion.root + shift, rotations=rotations)
 
 
 class Skin:
-    """The skin of some vertices, each moved by the four joints that carry it."""
+    """Linear blend skinning of some vertices, each moved by four joints."""
 
     def __init__(self, body: Human, vertices: np.ndarray) -> None:
-        """vertices: (V,) indices into the body's."""
+        """vertices: (V,) indices into the body's vertices."""
         carriers, weights = body.weight_joints[vertices], body.weights[vertices]
         about = body.vertices[vertices][:, None] - body.joints[carriers]
         self.carriers = torch.as_tensor(carriers)
@@ -118,16 +118,16 @@ class Skin:
         self.points = torch.as_tensor(points, dtype=torch.float32)  # (V, 4, 4), weighted
 
     def at(self, transforms: torch.Tensor, rows: torch.Tensor, vertices: torch.Tensor) -> torch.Tensor:
-        """Places (N, 3) of vertices (N,) with the transforms (T, 55, 3, 4) of rows (N,)."""
+        """Return the positions (N, 3) of vertices (N,) under the transforms (T, 55, 3, 4), in rows (N,)."""
         flat = transforms.flatten(0, 1).flatten(1)
         index = rows[:, None] * transforms.shape[1] + self.carriers[vertices]
-        # Gradients of plain indexing are summed by several threads in no certain order; a take would not repeat.
+        # Gradients of plain indexing are summed by threads in no fixed order, and takes would not repeat.
         carried = flat.index_select(0, index.flatten()).unflatten(0, index.shape).unflatten(-1, (3, 4))
         return (carried * self.points[vertices][:, :, None]).sum((1, 3))
 
 
 def _anchors() -> np.ndarray:
-    """For each of the 55 joints the body joint (55,) that carries it; body joints carry themselves."""
+    """Return for each of the 55 joints the body joint (55,) that carries it; body joints carry themselves."""
     anchor = np.arange(len(skeleton.JOINTS))
     for j in range(_BODY, len(anchor)):
         anchor[j] = anchor[skeleton.PARENTS[j]]
@@ -135,7 +135,7 @@ def _anchors() -> np.ndarray:
 
 
 def _levels() -> list[list[int]]:
-    """The body's joints by their distance from the pelvis."""
+    """Return the body's joints by their depth below the pelvis."""
     depth = np.zeros(_BODY, int)
     for j in range(1, _BODY):
         depth[j] = depth[skeleton.PARENTS[j]] + 1

@@ -1,1 +1,1 @@
-"""Other skeletons than SMPL-X: which of their bones is which joint, and a take carried over to them."""
+"""Rigs other than SMPL-X: which bone is which joint, and takes retargeted to them."""

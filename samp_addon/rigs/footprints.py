@@ -1,4 +1,4 @@
-"""The ground that a take shows: where its feet stand, it is as high as their soles. Network frame, metres."""
+"""The ground under a take, inferred from its feet: as high as the soles of standing feet. Network frame, metres."""
 
 from __future__ import annotations
 
@@ -10,19 +10,18 @@ from scipy.ndimage import uniform_filter1d
 
 from .. import rotation
 from ..motion import Motion
-from ..refine.foot_lock import FEET, Foot, sole_points, spells
+from ..refine.feet.foot import FEET, Foot, sole_points
+from ..refine.feet.stances import SHORTEST, SLOW, UPRIGHT
+from ..refine.runs import runs
 
-SLOW = 0.4  # m/s of a sole that stands
-UPRIGHT = 0.75  # cosine between a standing foot's own up and the vertical
-SHORTEST = 4  # frames of 30 a second
-SAME_PLACE = 0.3  # metres around a footprint in which a higher one is a foot in the air
+SAME_PLACE = 0.3  # metres around a footprint within which a higher one is that of a foot in the air
 
 
 @dataclass(frozen=True)
 class Footprints:
-    """Footprints at places (N, 3), made at times (N,), frames; the ground is level around each of them.
+    """Footprints of a take; a Ground (refine/field.py) for takes without a scene.
 
-    It answers as refine/field.py's Field does, for soles where there is no scene to ask.
+    places: (N, 3). times: (N,) frames. The ground is level around each footprint.
     """
 
     places: np.ndarray
@@ -30,10 +29,10 @@ class Footprints:
 
     @classmethod
     def of(cls, motion: Motion) -> Footprints:
-        """Those of a take. Where no foot stands, the lowest sole of the whole take is one."""
+        """Return the footprints of a take. If no foot ever stands, the lowest place of a sole is the only one."""
         found, lowest = [], []
         for foot in FEET:
-            low, spans = _spells(motion, foot)
+            low, spans = _standing_runs(motion, foot)
             lowest.append(low[np.argmin(low[:, 1])])
             for first, last in spans:
                 spot = low[first:last].mean(0)
@@ -45,17 +44,17 @@ class Footprints:
         return cls(np.array([place for place, _ in found]), np.array([time for _, time in found]))
 
     def support(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Heights (N,) of the ground under soles (N, 3), that of the nearest footprint, and its normals (N, 3)."""
+        """Return the heights (N,) of the footprints nearest to soles (N, 3), and the normals (N, 3) of the ground."""
         away = np.linalg.norm((points[:, None] - self.places)[..., [0, 2]], axis=-1)
         return self.places[away.argmin(1), 1], np.tile([0.0, 1.0, 0.0], (len(points), 1))
 
     def height(self, count: int) -> np.ndarray:
-        """Height (count,) of the ground in each frame, from footprint to footprint."""
+        """Return the height (count,) of the ground in each frame, interpolated between footprints."""
         return np.interp(np.arange(count), self.times, self.places[:, 1])
 
 
-def _spells(motion: Motion, foot: Foot) -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """The lowest point (T, 3) of a sole, and the spells in which it is slow and level."""
+def _standing_runs(motion: Motion, foot: Foot) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Return the lowest point (T, 3) of a sole, and the runs of frames in which it is slow and level."""
     positions, globals_ = motion.forward_kinematics()
     ends = sole_points(positions, globals_, motion.rest_joints, foot.side)
     low = np.where((ends[0][:, 1] < ends[1][:, 1])[:, None], *ends)
@@ -65,11 +64,11 @@ def _spells(motion: Motion, foot: Foot) -> tuple[np.ndarray, list[tuple[int, int
     speed = uniform_filter1d(np.min(speeds, axis=0), 3, mode="nearest")
     up = rotation.rotate(globals_[:, foot.ankle], np.broadcast_to([0.0, 1.0, 0.0], low.shape))[:, 1]
     least = max(2, round(SHORTEST * motion.fps / 30))
-    return low, spells((speed < SLOW) & (up > UPRIGHT), least, 2)
+    return low, runs((speed < SLOW) & (up > UPRIGHT), least, 2)
 
 
 def _in_the_air(place: np.ndarray, others: Sequence[tuple[np.ndarray, float]]) -> bool:
-    """Whether a foot stood lower at the same place: then it was only slow, not standing."""
+    """Return whether a foot stood lower at the same place: then this one was only slow, not standing."""
     return any(
         np.linalg.norm((place - other)[[0, 2]]) < SAME_PLACE and 0.02 < place[1] - other[1] < 0.5
         for other, _ in others

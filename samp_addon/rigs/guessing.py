@@ -1,5 +1,7 @@
-"""A first answer to which bone of an unknown humanoid is which joint, by words in bones' names and what hangs from
-what; the artist corrects it."""
+"""A guess at which bone of an unknown humanoid is which joint, by words in bone names and by the hierarchy.
+
+The artist corrects it in the bone table.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from . import maps
 
-# Words of a name that make it a part, the surest first; each is a run of letters without gaps.
+# Words in the names of each part, the most certain first; each is a run of letters without gaps.
 WORDS = {
     "hip": ("upleg", "upperleg", "legupper", "thigh", "femur", "hip"),
     "knee": ("lowerleg", "lowleg", "leglower", "calf", "shin", "knee", "tibia", "leg"),
@@ -30,7 +32,7 @@ WORDS = {
     "pinky": ("pinky", "little", "small"),
     "thumb": ("thumb",),
 }
-# What hangs on a limb and is none of its joints.
+# Words in the names of bones that are attached to a limb but are none of its joints.
 HELPERS = (
     "twist", "roll", "ik", "pole", "target", "end", "nub", "tip", "helper", "mch", "metacarpal", "palm", "ctrl",
     "control", "socket", "jiggle", "corrective", "share", "muscle", "weapon", "prop", "eye", "jaw",
@@ -40,53 +42,53 @@ _LIMBS = (("hip", "knee", "ankle", "foot"), ("collar", "shoulder", "elbow", "wri
 
 
 def guess(names: Sequence[str], parents: Sequence[int], heads: np.ndarray) -> dict[str, str]:
-    """Joint -> bone, of bones with these names (B,), parents (B,) and heads (B, 3); what cannot be told is left out.
+    """Return joint -> bone name, without the joints for which there is no guess.
 
-    A gap in a limb is filled by the bone that lies in it.
+    names, parents: (B,) of the bones; heads: (B, 3). A gap in a limb is filled by the bone that lies in it.
     """
     words = [_words(name) for name in names]
     tree = _Tree(parents)
     sides = _sides(words, tree)
     chosen: dict[str, int] = {}
     for side in ("left", "right"):
-        free = [bone for bone in range(len(names)) if sides[bone] == side and not _helper(words[bone])]
+        free = [bone for bone in range(len(names)) if sides[bone] == side and not _is_helper(words[bone])]
         for limb in _LIMBS:
             chosen |= {f"{side}_{part}": bone for part, bone in _limb(limb, free, words, tree).items()}
         chosen |= _fingers(side, free, words, tree, chosen.get(f"{side}_wrist"))
-    middle = [bone for bone in range(len(names)) if sides[bone] is None and not _helper(words[bone])]
+    middle = [bone for bone in range(len(names)) if sides[bone] is None and not _is_helper(words[bone])]
     chosen |= _trunk(middle, words, tree, chosen)
     return {joint: names[chosen[joint]] for joint in maps.JOINTS if joint in chosen}
 
 
 class _Tree:
-    """What hangs from what."""
+    """The hierarchy of the bones. depth: (B,) number of bones above each."""
 
     def __init__(self, parents: Sequence[int]) -> None:
         self.parents = [int(parent) for parent in parents]
         self.depth = [len(self.above(bone)) for bone in range(len(self.parents))]
 
     def above(self, bone: int) -> list[int]:
-        """All bones that a bone hangs from, the nearest first."""
+        """Return all bones above a bone, the nearest first."""
         result = []
         while (bone := self.parents[bone]) >= 0:
             result.append(bone)
         return result
 
     def between(self, upper: int, lower: int) -> list[int]:
-        """The bones between two, from above; none where one does not hang from the other."""
-        way = self.above(lower)
-        return way[: way.index(upper)][::-1] if upper in way else []
+        """Return the bones between two, from above; none where ``lower`` is not below ``upper``."""
+        path = self.above(lower)
+        return path[: path.index(upper)][::-1] if upper in path else []
 
 
 def _words(name: str) -> list[str]:
-    """A bone's name in small words: what is before a colon dropped, cut at signs, digits and capitals."""
+    """Split a bone name into lower-case words at signs, digits and capitals; a namespace before a colon is dropped."""
     stem = name.rsplit(":", 1)[-1]
     stem = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", stem)
     return [word.lower() for word in re.findall(r"[A-Za-z]+|\d+", stem)]
 
 
 def _sides(words: list[list[str]], tree: _Tree) -> list[str | None]:
-    """The side of each bone: by its own name, or by that of what it hangs from."""
+    """Return the side of each bone (B,), by its own name or else by that of its parent."""
     result: list[str | None] = [None] * len(words)
     for bone in sorted(range(len(words)), key=lambda bone: tree.depth[bone]):
         marks = [word for word in words[bone] if word in _LEFT + _RIGHT]
@@ -98,13 +100,13 @@ def _sides(words: list[list[str]], tree: _Tree) -> list[str | None]:
     return result
 
 
-def _helper(words: list[str]) -> bool:
-    """Whether a name is that of no joint; some rigs call the neck a twist."""
+def _is_helper(words: list[str]) -> bool:
+    """Return whether a name is that of a helper bone; some rigs call the neck a twist bone."""
     return any(word in HELPERS for word in words) and "neck" not in words
 
 
 def _score(words: list[str], part: str) -> float:
-    """How surely a name means a part: 0 not at all."""
+    """Return how certainly a name means a part; 0 if it does not."""
     text = "".join(word for word in words if word not in _LEFT + _RIGHT and not word.isdigit())
     text = re.sub(r"^(left|right)|(left|right)$", "", text)
     for rank, word in enumerate(WORDS[part]):
@@ -116,29 +118,31 @@ def _score(words: list[str], part: str) -> float:
 
 
 def _limb(parts: Sequence[str], free: Sequence[int], words: list[list[str]], tree: _Tree) -> dict[str, int]:
-    """The bones of a limb that hang from one another in its order and whose names fit best."""
+    """Return part -> bone for the descending sequence of bones whose names fit the parts of a limb best."""
     best: dict[int, list[tuple[float, dict[str, int]]]] = {}
     order = sorted(free, key=lambda bone: tree.depth[bone])
     result: tuple[float, dict[str, int]] = (0.0, {})
     for bone in order:
-        # For each count of parts used so far, the best way down to this bone.
-        above = [way for upper in tree.above(bone) for way in best.get(upper, [])]
-        ways = []
+        # The best assignments of a part to this bone, and of earlier parts to bones above it.
+        above = [found for upper in tree.above(bone) for found in best.get(upper, [])]
+        options = []
         for k, part in enumerate(parts):
             score = _score(words[bone], part)
             if score <= 0:
                 continue
-            before = [way for way in above if all(parts.index(used) < k for used in way[1])]
-            total, used = max(before, key=lambda way: way[0], default=(0.0, {}))
-            ways.append((total + score - 0.001 * tree.depth[bone], used | {part: bone}))
-        best[bone] = ways
-        result = max([result, *ways], key=lambda way: way[0])
-    return _filled(parts, dict(result[1]), tree)
+            before = [found for found in above if all(parts.index(used) < k for used in found[1])]
+            total, used = max(before, key=lambda found: found[0], default=(0.0, {}))
+            options.append((total + score - 0.001 * tree.depth[bone], used | {part: bone}))
+        best[bone] = options
+        result = max([result, *options], key=lambda found: found[0])
+    return _fill_gaps(parts, dict(result[1]), tree)
 
 
-def _filled(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict[str, int]:
-    """The same with a part that is missing between two others set to the only bone between them. A collar right over
-    an elbow is the upper arm, whatever it is called."""
+def _fill_gaps(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict[str, int]:
+    """Set a part that is missing between two others to the only bone between them.
+
+    A collar directly above an elbow is the upper arm, whatever its name.
+    """
     for k, part in enumerate(parts[1:-1], start=1):
         upper, lower = found.get(parts[k - 1]), found.get(parts[k + 1])
         if part in found or upper is None or lower is None:
@@ -154,7 +158,7 @@ def _filled(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict[st
 def _fingers(
     side: str, free: Sequence[int], words: list[list[str]], tree: _Tree, wrist: int | None
 ) -> dict[str, int]:
-    """The first three bones of each finger of a hand."""
+    """Return joint -> bone for the first three bones of each finger of a hand."""
     result: dict[str, int] = {}
     if wrist is None:
         return result
@@ -171,15 +175,18 @@ def _fingers(
 def _trunk(
     middle: Sequence[int], words: list[list[str]], tree: _Tree, limbs: dict[str, int]
 ) -> dict[str, int]:
-    """Pelvis, spine, neck and head: what carries the legs, what carries the arms, and what is above that."""
+    """Return joint -> bone for pelvis, spine, neck and head.
+
+    The pelvis is the lowest bone above both legs and arms; the spine leads from there to the neck.
+    """
     chosen: dict[str, int] = {}
-    carried = [
+    attached = [
         limbs[f"{side}_{joint}"]
         for joint in ("hip", "shoulder")
         for side in ("left", "right")
         if f"{side}_{joint}" in limbs
     ]
-    pelvis = _common(tree, carried) if len(carried) > 1 else _best(middle, words, "pelvis")
+    pelvis = _common_parent(tree, attached) if len(attached) > 1 else _best(middle, words, "pelvis")
     if pelvis is None:
         return chosen
     chosen["pelvis"] = pelvis
@@ -196,29 +203,31 @@ def _trunk(
     return chosen
 
 
-def _common(tree: _Tree, bones: Sequence[int]) -> int | None:
-    """The nearest bone from which all of these hang."""
+def _common_parent(tree: _Tree, bones: Sequence[int]) -> int | None:
+    """Return the nearest bone that is above all of these, or None."""
     others = [set(tree.above(bone)) for bone in bones[1:]]
     return next((bone for bone in tree.above(bones[0]) if all(bone in above for above in others)), None)
 
 
 def _best(bones: Sequence[int], words: list[list[str]], part: str) -> int | None:
-    """The bone whose name fits a part best; of several the first."""
+    """Return the first bone whose name fits a part best, or None."""
     scored = [(_score(words[bone], part), bone) for bone in bones]
     best = max(scored, key=lambda pair: pair[0], default=(0.0, None))
     return best[1] if best[0] > 0 else None
 
 
 def _named(bones: Sequence[int], words: list[list[str]], part: str, tree: _Tree) -> list[int]:
+    """Return the bones whose names fit a part, from above."""
     return sorted(
         (bone for bone in bones if _score(words[bone], part) > 0), key=lambda bone: tree.depth[bone]
     )
 
 
 def _spine_joints(count: int) -> tuple[str, ...]:
+    """Return the joints of a spine of some bones."""
     return {0: (), 1: ("spine3",), 2: ("spine1", "spine3")}.get(count, ("spine1", "spine2", "spine3"))
 
 
 def _ends_and_middle(spine: list[int]) -> list[int]:
-    """At most three of the bones, the ends among them."""
+    """Return at most three of the bones: both ends and the middle."""
     return spine if len(spine) <= 2 else [spine[0], spine[len(spine) // 2], spine[-1]]

@@ -1,4 +1,4 @@
-"""Which bone of a known rig is which SMPL-X joint, and which of these rigs an armature is."""
+"""Bone names of known rigs, and recognition of a rig by its bone names."""
 
 from __future__ import annotations
 
@@ -11,27 +11,28 @@ from .. import skeleton
 FINGERS = ("index", "middle", "pinky", "ring", "thumb")
 HANDS = tuple(f"{side}_{finger}{k}" for side in ("left", "right") for finger in FINGERS for k in (1, 2, 3))
 JOINTS = skeleton.BODY_JOINTS + HANDS
-"""The joints that are carried, in the order of a mapping table: the body, then the fingers."""
+"""The joints that are retargeted, in the order of a bone table: the body, then the fingers."""
 
 ESSENTIAL = ("pelvis",) + tuple(
     f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder", "elbow") for side in ("left", "right")
 )
-"""Without these bones nothing is carried; the others may be missing."""
+"""Joints that must have a bone; the others may be missing."""
 
-LEAST = 0.7
-"""Share of a known rig's body bones that an armature must have to be taken for one."""
+MIN_MATCH = 0.7
+"""Share of the body bones of a known rig that an armature must have to be recognised as one."""
 
 
 @dataclass(frozen=True)
 class NameMap:
-    """A known rig. bones: joint -> its bone's names, the likeliest first, without the prefix (a pattern)."""
+    """A known rig. bones: joint -> possible names of its bone, the likeliest first. prefix: pattern of a prefix of all
+    names."""
 
     name: str
     bones: Mapping[str, tuple[str, ...]]
     prefix: str = ""
 
     def found(self, names: Iterable[str]) -> dict[str, str]:
-        """Joint -> bone, of an armature with these bones."""
+        """Return joint -> bone name for an armature with bones of these names."""
         present: dict[str, str] = {}
         for name in names:
             stem = re.sub(f"^(?:{self.prefix})", "", name) if self.prefix else name
@@ -45,13 +46,13 @@ class NameMap:
 
 
 def recognise(names: Iterable[str]) -> tuple[NameMap, dict[str, str]] | None:
-    """The known rig that fits these bone names best and its joint -> bone; None where none fits well enough."""
+    """Return the known rig that fits these bone names best and its joint -> bone name, or None where none fits."""
     names, best = list(names), None
     for rig in KNOWN:
         bones = rig.found(names)
         known = [joint for joint in skeleton.BODY_JOINTS if joint in rig.bones]
         body = sum(joint in bones for joint in known) / len(known)
-        if body < LEAST or any(joint not in bones for joint in ESSENTIAL):
+        if body < MIN_MATCH or any(joint not in bones for joint in ESSENTIAL):
             continue
         if best is None or body > best[0]:
             best = body, rig, bones
@@ -59,8 +60,11 @@ def recognise(names: Iterable[str]) -> tuple[NameMap, dict[str, str]] | None:
 
 
 def _sides(body: Mapping[str, str], fingers: str, named: Mapping[str, str], sides: tuple[str, str]) -> dict:
-    """Joint -> bone names of both sides. In the names {s} is the side; in fingers also {f}, {k} and {k0} (two
-    digits). named: what the rig calls a finger, where that is not SMPL-X's word."""
+    """Return joint -> possible bone names of both sides.
+
+    In the names {s} is the side; in fingers {f} is the finger, {k} its joint and {k0} the joint with two digits. named:
+    finger -> the rig's name for it, where it is not that of SMPL-X.
+    """
     result = {}
     for side, mark in zip(("left", "right"), sides, strict=True):
         for joint, names in body.items():
@@ -73,6 +77,7 @@ def _sides(body: Mapping[str, str], fingers: str, named: Mapping[str, str], side
 
 
 def _middle(**bones: str) -> dict[str, tuple[str, ...]]:
+    """Return joint -> possible bone names of the trunk."""
     return {joint: tuple(names.split()) for joint, names in bones.items()}
 
 
@@ -127,7 +132,7 @@ _UNREAL_4 = NameMap(
     | _UNREAL_SIDES,
 )
 _RIGIFY_FINGERS = {finger: f"f_{finger}" for finger in FINGERS if finger != "thumb"}
-# The torso control carries pelvis and lower back as one piece; the bones of its upper half bend over it.
+# The torso control moves pelvis and lower back as one; the upper spine bends relative to it.
 _RIGIFY_CONTROLS = NameMap(
     "Rigify controls",
     _middle(pelvis="torso", spine1="spine_fk.002", spine3="spine_fk.003", neck="neck", head="head")
@@ -147,7 +152,7 @@ _RIGIFY_CONTROLS = NameMap(
         ("L", "R"),
     ),
 )
-# A metarig, or the deforming bones alone, as they are exported to game engines.
+# A metarig, or the deform bones alone, as exported to game engines.
 _RIGIFY_BONES = NameMap(
     "Rigify bones",
     _middle(
@@ -172,11 +177,11 @@ _RIGIFY_BONES = NameMap(
 )  # fmt: skip
 
 KNOWN = (_SMPLX, _MIXAMO, _UNREAL_5, _UNREAL_4, _RIGIFY_CONTROLS, _RIGIFY_BONES)
-"""All that are known; of two that fit equally well the first is meant."""
+"""All known rigs; of two that fit equally well the first one is taken."""
 
 FOLLOWS = {"IK_FK": 1.0, "FK_limb_follow": 0.0, "neck_follow": 1.0, "head_follow": 1.0}
-"""Custom properties of a generated Rigify rig's bones, and their values with which its FK controls hang from one
-another as their bones do: limbs by FK, each turning with what it is fixed to."""
+"""Custom properties of the bones of a generated Rigify rig, and the values with which its FK controls inherit rotations
+as their bones do: limbs by FK, each turning with its parent."""
 
 FOLLOWS_FOR = _RIGIFY_CONTROLS.bones["left_hip"] + _RIGIFY_CONTROLS.bones["left_shoulder"]
-"""Where one of these bones is keyed, a rig is taken for such a one."""
+"""A rig in which one of these bones is keyed is a generated Rigify rig."""

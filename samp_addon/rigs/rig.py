@@ -1,4 +1,4 @@
-"""A rig in its rest pose, as it is read from an armature."""
+"""A rig in its rest pose, as read from an armature."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class Rig:
 
     name: of the armature. names: (B,) of the bones. parents: (B,) indices, -1 for none. heads, tails: (B, 3).
     bases: (B, 3, 3) rest rotations. constrained: (B,) whether constraints may move a bone. inherits: (B,)
-    whether it turns with its parent. world: (4, 4) of the armature; turn: (3, 3) its rotation, scale: metres to
-    a unit. skin: (N, 3) vertices of the meshes that hang on it, in the rest pose; empty if there is none.
+    whether it turns with its parent. world: (4, 4) of the armature; turn: (3, 3) its rotation, scale: metres per
+    unit. skin: (N, 3) vertices of the meshes that it deforms, in the rest pose; empty if there are none.
     """
 
     name: str
@@ -31,11 +31,11 @@ class Rig:
     skin: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def index(self, bone: str) -> int:
-        """The place of a bone of this name, which must be there."""
+        """Return the index of the bone of this name. Raise ValueError where there is none."""
         return self.names.index(bone)
 
     def above(self, bone: int) -> list[int]:
-        """All bones that this one hangs from, the nearest first."""
+        """Return all bones above a bone, the nearest first."""
         result = []
         while (bone := int(self.parents[bone])) >= 0:
             result.append(bone)

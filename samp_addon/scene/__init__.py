@@ -1,1 +1,1 @@
-"""The scene as arrays: surfaces, voxels, navmesh, paths and seats. Network frame; free of Blender."""
+"""The scene as arrays: surfaces, voxels, navmesh, paths and seats. Network frame; independent of Blender."""

@@ -1,4 +1,4 @@
-"""Triangles of the scene with the object each belongs to, and what is asked of a bare set of triangles.
+"""Triangles of the scene with the objects they belong to, and geometric queries on triangles.
 
 Network frame throughout: metres, Y up, +Z forward.
 """
@@ -13,18 +13,18 @@ import numpy as np
 from ..errors import SampError
 
 MINIMUM_AREA = 1e-10
-"""Square metres. Below this a whole object has no surface that could be stood, sat or lain on."""
+"""Square metres. An object with less area has no usable surface."""
 
 LARGEST_COORDINATE = 1e6
-"""Metres. Float32 vertices beyond this are coarser than a body is thick."""
+"""Metres. Beyond this, the spacing of float32 coordinates exceeds the thickness of a body."""
 
 
 @dataclass(frozen=True)
 class SceneGeometry:
-    """Every triangle of the scene.
+    """All triangles of the scene.
 
-    triangles: (F, 3, 3) corners in metres, network frame. object_ids: (F,) index into names.
-    names: one for each object, also for those that have no triangle left.
+    triangles: (F, 3, 3) corners in metres, network frame. object_ids: (F,) indices into names.
+    names: one for each object, also for those without triangles.
     """
 
     triangles: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
@@ -44,7 +44,7 @@ class SceneGeometry:
 
     @classmethod
     def from_objects(cls, objects: Iterable[tuple[str, np.ndarray]]) -> SceneGeometry:
-        """One scene of (name, triangles (F, 3, 3)) pairs. Raises SampError, naming it, for NaN."""
+        """Build a scene from (name, triangles (F, 3, 3)) pairs. Raises SampError that names an object with NaN."""
         objects = list(objects)
         for name, triangles in objects:
             require_finite(triangles, name)
@@ -60,12 +60,12 @@ class SceneGeometry:
         """Lowest and highest corner (2, 3), metres. Raises SampError for an empty scene."""
         return bounds(self.triangles)
 
-    def of(self, names: Iterable[str]) -> np.ndarray:
-        """Triangles (F', 3, 3) of the named objects."""
+    def triangles_of(self, names: Iterable[str]) -> np.ndarray:
+        """Return the triangles (F', 3, 3) of the named objects."""
         return self.triangles[self._is_one_of(names)]
 
     def without(self, names: Iterable[str]) -> SceneGeometry:
-        """The scene less the named objects; the ids of the others stay."""
+        """Return the scene without the named objects; the ids of the others are unchanged."""
         keep = ~self._is_one_of(names)
         return SceneGeometry(self.triangles[keep], self.object_ids[keep], self.names)
 
@@ -76,8 +76,8 @@ class SceneGeometry:
 
 
 def require_finite(triangles: np.ndarray, name: str) -> None:
-    """Raises SampError that names the object where a coordinate is NaN, infinite or absurdly large."""
-    # NaN compares false. Blender stores an infinite coordinate as the largest number it has.
+    """Raise SampError that names the object if a coordinate is NaN, infinite or beyond LARGEST_COORDINATE."""
+    # NaN compares false. Blender stores infinite coordinates as the largest float32.
     if len(triangles) and not (np.abs(triangles).max() < LARGEST_COORDINATE):
         raise SampError(
             f"'{name}' has vertices whose coordinates are not numbers, or are far too large; delete them."
@@ -85,7 +85,7 @@ def require_finite(triangles: np.ndarray, name: str) -> None:
 
 
 def require_surface(triangles: np.ndarray, name: str) -> np.ndarray:
-    """Areas (F,) in square metres. Raises SampError, naming the object, for NaN or no surface."""
+    """Return areas (F,) in square metres. Raises SampError that names an object with NaN or without a surface."""
     if len(triangles) == 0:
         raise SampError(f"'{name}' has no faces; choose an object with a surface.")
     require_finite(triangles, name)
@@ -96,34 +96,34 @@ def require_surface(triangles: np.ndarray, name: str) -> np.ndarray:
 
 
 def bounds(triangles: np.ndarray) -> np.ndarray:
-    """Lowest and highest corner (2, 3) of triangles (F, 3, 3), metres. SampError where there are none."""
+    """Return lowest and highest corner (2, 3) of triangles (F, 3, 3), metres. Raises SampError without triangles."""
     if len(triangles) == 0:
-        raise SampError("The scene has no faces; unhide or add the objects that the character shall meet.")
-    return np.stack(corners(triangles))
+        raise SampError("The scene has no faces; unhide or add the objects around the character.")
+    return np.stack(extent(triangles))
 
 
-def corners(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner, (3,) each, of the box around points (..., 3)."""
-    # Column by column: numpy reduces a short last axis thirty times more slowly.
+def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return lowest and highest corner, (3,) each, of the bounding box of points (..., 3)."""
+    # Per column: numpy reduces a short last axis thirty times more slowly.
     columns = np.ascontiguousarray(points.reshape(-1, 3).T)
     return columns.min(axis=1), columns.max(axis=1)
 
 
 def area_vectors(triangles: np.ndarray) -> np.ndarray:
-    """Vectors (F, 3) along the normals, as long as the triangles' areas in square metres."""
+    """Return normals (F, 3) whose lengths are the triangles' areas in square metres."""
     u = np.ascontiguousarray((triangles[:, 1] - triangles[:, 0]).T)
     v = np.ascontiguousarray((triangles[:, 2] - triangles[:, 0]).T)
     return 0.5 * _cross(u, v).T
 
 
 def areas(triangles: np.ndarray) -> np.ndarray:
-    """Areas (F,) of triangles (F, 3, 3), square metres."""
+    """Return areas (F,) of triangles (F, 3, 3), square metres."""
     x, y, z = area_vectors(triangles).T
     return np.sqrt(x * x + y * y + z * z)
 
 
 def sample_surface(triangles: np.ndarray, count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Random points (count, 3), evenly dense by area, metres, and their triangles' indices (count,)."""
+    """Return random points (count, 3), uniform by area, metres, and the indices of their triangles (count,)."""
     rng = np.random.default_rng(seed)
     area = np.cumsum(_positive_areas(triangles))
     index = np.searchsorted(area, rng.random(count) * area[-1], side="right").clip(0, len(triangles) - 1)
@@ -133,24 +133,23 @@ def sample_surface(triangles: np.ndarray, count: int, seed: int = 0) -> tuple[np
 def spread_over_surface(
     triangles: np.ndarray, count: int, area: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (count, 3) spread evenly by area, without chance, and their triangles' indices (count,).
+    """Return deterministic points (count, 3), uniform by area, and the indices of their triangles (count,).
 
-    Steps of equal area through the list of triangles; inside a triangle the places follow a sequence that
-    leaves few gaps. The mean distance between neighbours is the square root of area / count.
-    area: (F,) of the triangles, where it is known already.
+    The points advance by equal areas through the list of triangles and follow a low-discrepancy sequence inside each.
+    Their mean spacing is the square root of area / count. area: (F,) of the triangles, if known already.
     """
     area = np.cumsum(_positive_areas(triangles) if area is None else area)
     step = np.arange(count)
     index = np.searchsorted(area, (step + 0.5) * (area[-1] / count), side="right").clip(0, len(triangles) - 1)
-    # The two-dimensional golden ratio: fractional parts of its powers fill the unit square evenly.
+    # Powers of the two-dimensional golden ratio: their fractional parts fill the unit square evenly.
     return _barycentric(
         triangles[index], (0.5 + step * 0.7548776662) % 1, (0.5 + step * 0.5698402910) % 1
     ), index
 
 
 def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """The exact closest points (N, 3) on triangles (N, 3, 3) to points (N, 3), pair by pair; metres."""
-    # Columns of their own: numpy is several times slower along a short last axis.
+    """Return the exact closest points (N, 3) on triangles (N, 3, 3) to points (N, 3), pairwise; metres."""
+    # One array per coordinate: numpy is several times slower along a short last axis.
     point = np.ascontiguousarray(points.T)
     corner = np.ascontiguousarray(triangles.transpose(1, 2, 0))
     edge = [corner[(k + 1) % 3] - corner[k] for k in range(3)]
@@ -172,12 +171,12 @@ def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Inner products (N,) of vectors (3, N)."""
+    """Return dot products (N,) of vectors (3, N)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross products (3, N) of vectors (3, N); np.cross takes four times as long."""
+    """Return cross products (3, N) of vectors (3, N); four times as fast as np.cross."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 

@@ -1,4 +1,4 @@
-"""The interaction grid: how MotionNet and GoalNet see an object (SAMP paper, section 3.1)."""
+"""The interaction grid: the representation of an object for MotionNet and GoalNet (SAMP, section 3.1)."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .. import frames
 from . import geometry
 
 RESOLUTION = 8
 CELLS = RESOLUTION**3
 FEATURES = 4 * CELLS
 SAMPLES_PER_CELL_SIDE = 16
-"""Surface samples along a cell's side; the closest name the triangles to measure exactly."""
-MOST_SAMPLES = 65_536
+"""Surface samples along the side of a cell; the closest select the triangles for the exact distance."""
+MAX_SAMPLES = 65_536
 THINNEST_SIDE = 1e-4
-"""Metres. A flat object (a rug, a bare plane) gets a box of at least this thickness."""
+"""Metres. The box of a flat object (a rug, a plane) has at least this thickness."""
 
 
 @dataclass(frozen=True)
 class InteractionGrid:
-    """8 x 8 x 8 cells over an object's bounding box, which is turned about the vertical by ``yaw``.
+    """8 x 8 x 8 cells over an object's bounding box, rotated about the vertical by ``yaw``.
 
     centres: (512, 3) cell centres in the network's world frame, metres, in the order x, y, z of the box
-    (z runs fastest). occupancy: (512,) from 0 to 1: max(0, 1 - distance to the surface / largest cell side).
+    (z varies fastest). occupancy: (512,) from 0 to 1: max(0, 1 - distance to the surface / largest cell side).
     yaw: radians. centre: (3,) and size: (3,) of the box along its own axes, metres.
     """
 
@@ -36,16 +37,17 @@ class InteractionGrid:
 
     @classmethod
     def build(cls, triangles: np.ndarray, yaw: float = 0.0, name: str = "The object") -> InteractionGrid:
-        """Grid of triangles (F, 3, 3), network frame. Raises SampError that names an unusable object."""
+        """Build the grid of triangles (F, 3, 3), network frame. Raises SampError that names an unusable object."""
         triangles = np.asarray(triangles, dtype=np.float64)
         area = geometry.require_surface(triangles, name)
-        local = triangles @ _turn(yaw)
+        axes = frames.yawed_axes(yaw)
+        local = triangles @ axes
         low, high = geometry.bounds(local)
         size = np.maximum(high - low, THINNEST_SIDE)
         cells = low + (_unit_cells() + 0.5) * (size / RESOLUTION)
         largest = size.max() / RESOLUTION
         distance = surface_distance(cells, local, largest / SAMPLES_PER_CELL_SIDE, area)
-        back = _turn(yaw).T
+        back = axes.T
         return cls(
             centres=cells @ back,
             occupancy=np.maximum(0.0, 1.0 - distance / largest),
@@ -56,44 +58,44 @@ class InteractionGrid:
 
     @property
     def cell_size(self) -> np.ndarray:
-        """Sides (3,) of a cell along the box's axes, metres."""
+        """Side lengths (3,) of a cell along the box's axes, metres."""
         return self.size / RESOLUTION
 
     def features(
         self, root_position: np.ndarray, root_yaw: np.ndarray | float, floor: float = 0.0
     ) -> np.ndarray:
-        """Network input (..., 2048): for each cell its centre in the root frame (3) and its occupancy (1).
+        """Return network input (..., 2048): for each cell its centre in the root frame (3) and its occupancy (1).
 
-        root_position: (..., 3), of which the height is not used: the root frame stands at ``floor`` (metres)
-        below the pelvis, turned by root_yaw (...), radians. Many characters may be asked for at once.
+        root_position: (..., 3) of the pelvis, whose height is ignored: the origin of the root frame is below it at
+        height ``floor``, metres. root_yaw: (...) of the root frame, radians.
         """
         origin = np.array(root_position, dtype=np.float64)
         origin[..., 1] = floor
-        return self._seen_from(origin, np.asarray(root_yaw, dtype=np.float64))
+        return self._features_from(origin, np.asarray(root_yaw, dtype=np.float64))
 
     def object_features(self) -> np.ndarray:
-        """GoalNet's input (2048,): the same numbers in the frame of the box's centre, turned as the box."""
-        return self._seen_from(self.centre, np.asarray(self.yaw))
+        """Return GoalNet's input (2048,): the same numbers in the frame of the box, with the origin at its centre."""
+        return self._features_from(self.centre, np.asarray(self.yaw))
 
-    def _seen_from(self, origin: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    def _features_from(self, origin: np.ndarray, yaw: np.ndarray) -> np.ndarray:
         offset = self.centres - origin[..., None, :]
         cos, sin = np.cos(yaw)[..., None], np.sin(yaw)[..., None]
         x, y, z = np.moveaxis(offset, -1, 0)
         occupancy = np.broadcast_to(self.occupancy, x.shape)
-        seen = np.stack([x * cos - z * sin, y, x * sin + z * cos, occupancy], axis=-1)
-        return seen.reshape(*seen.shape[:-2], FEATURES)
+        cells = np.stack([x * cos - z * sin, y, x * sin + z * cos, occupancy], axis=-1)
+        return cells.reshape(*cells.shape[:-2], FEATURES)
 
 
 def surface_distance(
     points: np.ndarray, triangles: np.ndarray, spacing: float, area: np.ndarray | None = None
 ) -> np.ndarray:
-    """Distances (N,) from points (N, 3) to the closest place on triangles (F, 3, 3), metres.
+    """Return distances (N,) from points (N, 3) to triangles (F, 3, 3), metres.
 
-    The surface is sampled every ``spacing`` metres (at most 65,536 samples), and the exact distance is taken
-    to the triangles of the closest samples: exact on large faces, within about half the spacing on fine ones.
+    The surface is sampled every ``spacing`` metres (at most 65,536 samples), and the exact distance is computed to the
+    triangles of the closest samples: exact on large faces, within about half the spacing on fine ones.
     """
     area = geometry.areas(triangles) if area is None else area
-    count = int(np.clip(area.sum() / spacing**2, CELLS, MOST_SAMPLES))
+    count = int(np.clip(area.sum() / spacing**2, CELLS, MAX_SAMPLES))
     samples, owner = geometry.spread_over_surface(triangles, count, area)
     tree = cKDTree(samples, balanced_tree=False, compact_nodes=False)
     neighbours = min(8, len(samples))
@@ -106,9 +108,3 @@ def surface_distance(
 
 def _unit_cells() -> np.ndarray:
     return np.indices((RESOLUTION,) * 3).reshape(3, -1).T.astype(np.float64)
-
-
-def _turn(yaw: float) -> np.ndarray:
-    """Row vectors times this matrix are expressed in a frame that is turned by yaw about the vertical."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])

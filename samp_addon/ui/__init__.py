@@ -1,38 +1,35 @@
-"""Panels, lists, menus and what is set in them."""
+"""Panels, lists, menus and their settings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 
-
-def register(running: Callable[[], tuple[str, str, float] | None]) -> None:
-    """Shows the sidebar's tab. running: asks for the work that goes on beside the window."""
-    import bpy
-
-    from . import menu, panel, settings
-
-    panel.running = running
-    for cls in _classes():
-        bpy.utils.register_class(cls)
-    settings.add_to_scenes()
-    menu.add()
-
-
-def unregister() -> None:
-    """Takes all of it away."""
+def register() -> None:
+    """Register the sidebar's tab, the lists and the menus."""
     import bpy
 
     from . import menu, settings
 
-    menu.remove()
-    settings.take_from_scenes()
+    settings.register()
+    for cls in _classes():
+        bpy.utils.register_class(cls)
+    menu.register()
+
+
+def unregister() -> None:
+    """Unregister the sidebar."""
+    import bpy
+
+    from . import menu, settings
+
+    menu.unregister()
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
+    settings.unregister()
 
 
 def _classes() -> list[type]:
-    """In the order in which the panels stand below each other."""
-    from . import lists, menu, panel, settings
+    """Return all classes but the settings; panels in the order of the sidebar."""
+    from . import lists, menu, panel
 
     panels = (*panel.CLASSES, *lists.CLASSES, *panel.LATER, *lists.LATER, *panel.LAST)
-    return [*settings.CLASSES, *menu.CLASSES, *panels]
+    return [*menu.CLASSES, *panels]

@@ -1,36 +1,38 @@
-"""The lists of the sidebar: takes with their measures, and the steps of a chain."""
+"""The lists of the sidebar: takes with their measures, steps, and the bone table."""
 
 from __future__ import annotations
 
 import bpy
 
-from ..blender import asking, rig_table, take_list
+from ..blender.actions import notes
+from ..blender.rigs import bone_table
+from ..vocabulary import SEATED
 from .panel import InPanel
 
-COLUMNS = (("position_error_cm", "goal"), ("penetration_max_cm", "deep"), ("foot_slide_cm_s", "slide"))
-TOLD = (
-    ("position_error_cm", "From the goal", "cm"),
-    ("rotation_error_deg", "Turned from it", "deg"),
-    ("penetration_max_cm", "Deepest", "cm"),
-    ("foot_slide_cm_s", "Foot slide", "cm/s"),
-    ("stance_slide_cm_s", "Standing feet", "cm/s"),
+COLUMNS = ("position_error_cm", "penetration_max_cm", "foot_slide_cm_s")
+MEASURES = (
+    ("position_error_cm", "Position Error", "cm"),
+    ("rotation_error_deg", "Facing Error", "deg"),
+    ("penetration_max_cm", "Penetration", "cm"),
+    ("foot_slide_cm_s", "Foot Slide", "cm/s"),
+    ("stance_slide_cm_s", "Stance Slide", "cm/s"),
 )
 
 
 class SAMP_UL_takes(bpy.types.UIList):
-    """Of all Actions those that are takes; a click shows one on the character."""
+    """The Actions that are takes; a click shows one on the character."""
 
     bl_idname = "SAMP_UL_takes"
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index) -> None:  # noqa: ANN001, PLR0913
         row = layout.row(align=True)
-        starred = item.get(take_list.STAR_KEY, False)
+        starred = notes.is_starred(item)
         row.operator(
             "samp.star_take", text="", icon="SOLO_ON" if starred else "SOLO_OFF", emboss=False
         ).action_name = item.name
         row.prop(item, "name", text="", emboss=False)
-        numbers = take_list.measures(item)
-        for key, _ in COLUMNS:
+        numbers = notes.read_measures(item)
+        for key in COLUMNS:
             cell = row.row()
             cell.alignment, cell.active = "RIGHT", False
             cell.label(text=f"{numbers[key]:.1f}" if key in numbers else "-")
@@ -39,14 +41,14 @@ class SAMP_UL_takes(bpy.types.UIList):
         actions = getattr(data, name)
         wanted = self.filter_name.lower()
         flags = [
-            self.bitflag_filter_item if take_list.is_take(action) and wanted in action.name.lower() else 0
+            self.bitflag_filter_item if notes.is_take(action) and wanted in action.name.lower() else 0
             for action in actions
         ]
         return flags, []
 
 
 class SAMP_UL_steps(bpy.types.UIList):
-    """The steps of a chain, each in a line."""
+    """The steps of a take, one per row."""
 
     bl_idname = "SAMP_UL_steps"
 
@@ -54,11 +56,16 @@ class SAMP_UL_steps(bpy.types.UIList):
         row = layout.row(align=True)
         row.label(text=f"{index + 1}")
         row.prop(item, "action", text="", emboss=False)
-        row.prop(item, "target", text="", placeholder="Target" if item.action in asking.SEATED else "Place")
+        row.prop(
+            item,
+            "target",
+            text="",
+            placeholder="Target" if item.action in SEATED else "Location",
+        )
 
 
 class SAMP_UL_rig_map(bpy.types.UIList):
-    """SMPL-X joints and the bones of another rig that move as they do."""
+    """SMPL-X joints and the corresponding bones of another rig."""
 
     bl_idname = "SAMP_UL_rig_map"
 
@@ -69,7 +76,7 @@ class SAMP_UL_rig_map(bpy.types.UIList):
 
 
 class SAMP_PT_takes(InPanel, bpy.types.Panel):
-    """What was made: click to see, star, delete, push down."""
+    """Takes of the file, to show, star, delete and push down"""
 
     bl_idname = "SAMP_PT_takes"
     bl_label = "Takes"
@@ -81,9 +88,9 @@ class SAMP_PT_takes(InPanel, bpy.types.Panel):
         row.template_list(
             "SAMP_UL_takes", "", bpy.data, "actions", settings, "take_index", rows=4, sort_lock=True
         )
-        chosen = _chosen(settings)
+        chosen = _active_take(settings)
         column = row.column(align=True)
-        for name, icon in (("push_down_take", "NLA_PUSHDOWN"), ("delete_take", "TRASH")):
+        for name, icon in (("push_down_take", "NLA_PUSHDOWN"), ("delete_take", "REMOVE")):
             button = column.row(align=True)
             button.enabled = chosen is not None
             made = button.operator(f"samp.{name}", text="", icon=icon)
@@ -92,16 +99,17 @@ class SAMP_PT_takes(InPanel, bpy.types.Panel):
         fit.enabled = chosen is not None
         made = fit.operator("samp.show_take", text="", icon="PREVIEW_RANGE")
         made.action_name, made.fit = chosen.name if chosen is not None else "", True
-        column.operator("samp.delete_take", text="", icon="REMOVE").unstarred = True
+        column.separator()
+        column.operator("samp.delete_take", text="", icon="TRASH").unstarred = True
         if chosen is not None:
             _draw_measures(layout, chosen)
 
 
 class SAMP_PT_chain(InPanel, bpy.types.Panel):
-    """Several actions in a row, as one take."""
+    """Several actions in one take"""
 
     bl_idname = "SAMP_PT_chain"
-    bl_label = "Chain"
+    bl_label = "Steps"
 
     def draw(self, context: bpy.types.Context) -> None:
         settings, layout = context.scene.samp, self.layout
@@ -112,13 +120,13 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
             column.operator("samp.edit_chain", text="", icon=icon).change = change
         if 0 <= settings.step_index < len(settings.steps):
             step = settings.steps[settings.step_index]
-            if step.target is None and step.action not in asking.SEATED:
+            if step.target is None and step.action not in SEATED:
                 layout.prop(step, "place")
         layout.operator("samp.bake_chain", icon="PLAY")
 
 
 class SAMP_PT_rig(InPanel, bpy.types.Panel):
-    """The take on another rig: the active armature."""
+    """The take on another rig, the active armature"""
 
     bl_idname = "SAMP_PT_rig"
     bl_label = "Other Rigs"
@@ -127,29 +135,29 @@ class SAMP_PT_rig(InPanel, bpy.types.Panel):
         layout, active = self.layout, context.view_layer.objects.active
         layout.operator("samp.carry_to_rig", icon="ARMATURE_DATA")
         layout.operator("samp.guess_rig_map")
-        if active is not None and active.type == "ARMATURE" and len(getattr(active, rig_table.TABLE)):
+        if active is not None and active.type == "ARMATURE" and len(getattr(active, bone_table.TABLE)):
             layout.template_list(
-                "SAMP_UL_rig_map", "", active, rig_table.TABLE, active, rig_table.ACTIVE, rows=6
+                "SAMP_UL_rig_map", "", active, bone_table.TABLE, active, bone_table.ACTIVE, rows=6
             )
 
 
-def _chosen(settings: bpy.types.PropertyGroup) -> bpy.types.Action | None:
-    """The take that is chosen in the list."""
+def _active_take(settings: bpy.types.PropertyGroup) -> bpy.types.Action | None:
+    """Return the take that is active in the list, or None."""
     actions = bpy.data.actions
     action = actions[settings.take_index] if 0 <= settings.take_index < len(actions) else None
-    return action if take_list.is_take(action) else None
+    return action if notes.is_take(action) else None
 
 
 def _draw_measures(layout: bpy.types.UILayout, take: bpy.types.Action) -> None:
-    """A take's measures; of a refined one also those from before."""
-    numbers = take_list.measures(take)
-    before = take_list.measures(take, take_list.BEFORE_KEY)
+    """Draw the measures of a take; for a refined take also those of its source."""
+    numbers = notes.read_measures(take)
+    before = notes.read_measures(take, notes.BEFORE_KEY)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for key, text, unit in TOLD:
+    for key, text, unit in MEASURES:
         if key in numbers:
-            was = f"{before[key]:.1f} \N{RIGHTWARDS ARROW} " if key in before else ""
-            column.label(text=f"{text}: {was}{numbers[key]:.1f} {unit}")
+            previous = f"{before[key]:.1f} \N{RIGHTWARDS ARROW} " if key in before else ""
+            column.label(text=f"{text}: {previous}{numbers[key]:.1f} {unit}")
 
 
 CLASSES = (SAMP_UL_takes, SAMP_UL_steps, SAMP_UL_rig_map, SAMP_PT_takes)

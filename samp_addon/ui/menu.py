@@ -1,4 +1,4 @@
-"""The same operators in the menus: a right click on an object, and through the menus also F3."""
+"""The SAMP menu in the object and pose menus and their context menus; F3 searches these."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ENTRIES = (
 
 
 class SAMP_MT_menu(bpy.types.Menu):
-    """All that can be done with what is selected."""
+    """Operators for the selection"""
 
     bl_idname = "SAMP_MT_menu"
     bl_label = "SAMP"
@@ -36,13 +36,13 @@ MENUS = ("VIEW3D_MT_object_context_menu", "VIEW3D_MT_object", "VIEW3D_MT_pose_co
 CLASSES = (SAMP_MT_menu,)
 
 
-def add() -> None:
-    """Puts the menu into Blender's own."""
+def register() -> None:
+    """Append the menu to Blender's menus."""
     for name in MENUS:
         getattr(bpy.types, name).append(_entry)
 
 
-def remove() -> None:
-    """Undoes add."""
+def unregister() -> None:
+    """Remove the menu from Blender's menus."""
     for name in MENUS:
         getattr(bpy.types, name).remove(_entry)

@@ -1,28 +1,25 @@
-"""The tab "SAMP" in the sidebar of the 3D view, in the order in which an artist works.
+"""The tab "SAMP" in the sidebar of the 3D view, in the order of work.
 
-It is drawn many times a second: nothing here looks at all objects of the scene or imports anything heavy.
+Panels are redrawn many times a second: do not iterate over the scene's objects or import anything heavy here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import bpy
 
-from ..blender import asking
+from ..blender import running_work
+from ..methods import registry
+from ..vocabulary import SEATED
+from . import job_from_settings, method_options
 from .settings import SHAPES
 
-GOALS, WAYPOINTS = (
-    "SAMP Goals",
-    "SAMP Way-points",
-)  # collections, see blender/goals.py and blender/waypoints.py
+# Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
+GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
 CUSHION = '["samp_cushion"]'
-# Asks for the work that goes on beside the window: name, stage, share done. Set by ui.register.
-running: Callable[[], tuple[str, str, float] | None] = lambda: None
 
 
 class InSidebar:
-    """A panel of the tab."""
+    """Mixin of all panels of the tab."""
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
@@ -30,14 +27,14 @@ class InSidebar:
 
 
 class InPanel(InSidebar):
-    """A part of it that can be folded."""
+    """Mixin of the collapsible subpanels."""
 
     bl_parent_id = "SAMP_PT_panel"
     bl_options = {"DEFAULT_CLOSED"}
 
 
 class SAMP_PT_panel(InSidebar, bpy.types.Panel):
-    """Who does what, where: and the button."""
+    """Character, action and target, and the button that generates takes"""
 
     bl_idname = "SAMP_PT_panel"
     bl_label = "SAMP"
@@ -50,20 +47,26 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
             made = column.operator("samp.create_character", icon="ADD")
             for name, value in zip(SHAPES, settings.shape, strict=True):
                 setattr(made, name, value)
+        if len(registry.METHODS) > 1:
+            layout.prop(settings, "method")
+        method = registry.find(settings.method)
         column = layout.column(align=True)
-        column.row(align=True).prop(settings, "action", expand=True)
-        column.prop(settings, "target", text="", placeholder=_clicked(context, settings))
-        work = running()
+        if method.actions:
+            column.row(align=True).prop(settings, "action", expand=True)
+        if "target" in method.needs:
+            column.prop(settings, "target", text="", placeholder=_placeholder(context, settings))
+        method_options.draw(layout, settings, method)
+        work = running_work.current()
         if work is None:
             row = layout.row()
             row.scale_y = 1.6
-            row.operator("samp.generate", text=asking.word(settings), icon="PLAY")
+            row.operator("samp.generate", text=job_from_settings.button_label(settings), icon="PLAY")
         else:
-            _draw_progress(layout, *work)
+            _draw_progress(layout, work.label, work.stage, work.share)
 
 
 class SAMP_PT_shape(InPanel, bpy.types.Panel):
-    """The figure of the next character."""
+    """Body shape of the next character"""
 
     bl_idname = "SAMP_PT_shape"
     bl_label = "Shape"
@@ -79,7 +82,7 @@ class SAMP_PT_shape(InPanel, bpy.types.Panel):
 
 
 class SAMP_PT_options(InPanel, bpy.types.Panel):
-    """How many takes, and how they differ."""
+    """Number of takes and how they vary"""
 
     bl_idname = "SAMP_PT_options"
     bl_label = "Options"
@@ -97,22 +100,22 @@ class SAMP_PT_options(InPanel, bpy.types.Panel):
 
 
 class SAMP_PT_places(InPanel, bpy.types.Panel):
-    """Where to sit and how to get there, to be chosen and dragged."""
+    """Goals and way-points to edit, and what the character sees of the scene"""
 
     bl_idname = "SAMP_PT_places"
     bl_label = "Goals and Path"
 
     def draw(self, context: bpy.types.Context) -> None:
         settings, layout = context.scene.samp, self.layout
-        action = settings.action if settings.action in asking.SEATED else "sit"
+        action = settings.action if settings.action in SEATED else "sit"
         column = layout.column(align=True)
-        for name, text in (("sample_goals", "Find Goals"), ("plan_path", "Show Path")):
-            made = column.operator(f"samp.{name}", text=text)
+        for name in ("sample_goals", "plan_path"):
+            made = column.operator(f"samp.{name}")
             made.action = action
             if settings.target is not None:
                 made.target = settings.target.name
-        column.operator("samp.build_navmesh", text="Show Navmesh")
-        column.operator("samp.voxelise", text="Show Voxels")
+        column.operator("samp.build_navmesh")
+        column.operator("samp.voxelise")
         column = layout.column(align=True)
         column.operator("samp.add_waypoint", icon="ADD")
         for name, what, noun in ((GOALS, "GOALS", "goals"), (WAYPOINTS, "WAYPOINTS", "way-points")):
@@ -121,14 +124,11 @@ class SAMP_PT_places(InPanel, bpy.types.Panel):
                 row = layout.row()
                 row.label(text=f"{count} {noun}")
                 row.operator("samp.clear_overlays", text="", icon="X").what = what
-        layout.operator("samp.clear_overlays", text="Clear All")
+        layout.operator("samp.clear_overlays")
 
 
 class SAMP_PT_refine(InPanel, bpy.types.Panel):
-    """Refine, which part of the take it is for, how soft the seat is, and what it has changed.
-
-    It shows the options with which Refine was last pressed, and will be pressed next.
-    """
+    """Refinement of a take, and the cushion of the active seat"""
 
     bl_idname = "SAMP_PT_refine"
     bl_label = "Refine"
@@ -152,7 +152,7 @@ class SAMP_PT_refine(InPanel, bpy.types.Panel):
 
 
 class SAMP_PT_weights(InSidebar, bpy.types.Panel):
-    """The weights of what is mended."""
+    """Weights of the optimiser's energies"""
 
     bl_idname = "SAMP_PT_weights"
     bl_parent_id = "SAMP_PT_refine"
@@ -166,14 +166,14 @@ class SAMP_PT_weights(InSidebar, bpy.types.Panel):
 
 
 class SAMP_PT_export(InPanel, bpy.types.Panel):
-    """Takes from and to files, and the report."""
+    """Takes from and to files, and measures of a take"""
 
     bl_idname = "SAMP_PT_export"
     bl_label = "Import and Export"
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
-        column.operator("samp.bake", text="Import AMASS .npz", icon="IMPORT")
+        column.operator("samp.bake", icon="IMPORT")
         for kind, text in (
             ("NPZ", "AMASS .npz"),
             ("FBX", "FBX"),
@@ -182,11 +182,11 @@ class SAMP_PT_export(InPanel, bpy.types.Panel):
             ("BVH", "BVH"),
         ):
             column.operator("samp.export_take", text=f"Export {text}", icon="EXPORT").kind = kind
-        self.layout.operator("samp.measure", text="Report", icon="TEXT")
+        self.layout.operator("samp.measure", icon="TEXT")
 
 
 def refine_options(context: bpy.types.Context) -> bpy.types.OperatorProperties:
-    """The options with which Refine was last pressed."""
+    """Return the last used options of Refine, which its next press uses too."""
     return context.window_manager.operator_properties_last("samp.refine")
 
 
@@ -196,12 +196,12 @@ def _draw_progress(layout: bpy.types.UILayout, name: str, stage: str, share: flo
     column.operator("samp.stop", icon="CANCEL")
 
 
-def _clicked(context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> str:
-    """What an empty target stands for."""
-    if settings.action not in asking.SEATED:
+def _placeholder(context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> str:
+    """Return the placeholder of an empty target."""
+    if settings.action not in SEATED:
         return "3D Cursor"
     active = context.view_layer.objects.active
-    return active.name if active is not None and asking.is_furniture(active) else "Target"
+    return active.name if active is not None and job_from_settings.is_furniture(active) else "Target"
 
 
 def _count(collection: str) -> int:

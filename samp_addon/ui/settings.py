@@ -1,4 +1,4 @@
-"""What the artist has set in the sidebar, saved with the scene (``scene.samp``)."""
+"""Settings of the sidebar, saved with the scene (``scene.samp``)."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from bpy.props import (
     PointerProperty,
 )
 
+from . import job_from_settings, method_options
+
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
     ("lie", "Lie", "Walk to the target and lie down"),
@@ -22,87 +24,92 @@ ACTIONS = (
 SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
 
 
-def _is_character(settings: bpy.types.PropertyGroup, thing: bpy.types.Object) -> bool:
-    if thing.type != "ARMATURE":
+def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
+    if obj.type != "ARMATURE":
         return False
-    from ..blender import armature
+    from ..blender.character import armature
 
-    return armature.is_smplx(thing)
+    return armature.is_smplx(obj)
 
 
-def _is_no_character(settings: bpy.types.PropertyGroup, thing: bpy.types.Object) -> bool:
-    return thing.type not in {"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"}
+def _is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
+    return obj.type not in job_from_settings.NO_FURNITURE
 
 
 def _owner(settings: bpy.types.PropertyGroup) -> bpy.types.Object | None:
-    """The character whose takes the list shows, without a look at all objects."""
+    """Return the character of the takes list: the chosen one, or the active armature."""
     if settings.character is not None:
         return settings.character
     active = bpy.context.view_layer.objects.active
     return active if active is not None and active.type == "ARMATURE" else None
 
 
-def _shown_take(settings: bpy.types.PropertyGroup) -> int:
-    """The number among all Actions of the one that the character plays; -1 where there is none."""
+def _get_take(settings: bpy.types.PropertyGroup) -> int:
+    """Return the index in bpy.data.actions of the character's active Action, or -1."""
     owner = _owner(settings)
     action = owner.animation_data.action if owner is not None and owner.animation_data else None
     return -1 if action is None else bpy.data.actions.find(action.name)
 
 
-def _show_take(settings: bpy.types.PropertyGroup, number: int) -> None:
-    """A click on a take in the list shows it on the character."""
-    from ..blender import armature, asking, take_list
+def _set_take(settings: bpy.types.PropertyGroup, index: int) -> None:
+    """Show the clicked take on the character."""
+    from ..blender.actions import notes
+    from ..blender.character import armature
+    from ..blender.takes import take_list
     from ..errors import SampError
 
     actions = bpy.data.actions
-    if not 0 <= number < len(actions) or not take_list.is_take(actions[number]):
+    if not 0 <= index < len(actions) or not notes.is_take(actions[index]):
         return
     try:
-        owner = armature.find(bpy.context, asking.character_name(settings))
-        take_list.show(bpy.context, owner, actions[number])
+        owner = armature.find(bpy.context, job_from_settings.character_name(settings))
+        take_list.show(bpy.context, owner, actions[index])
     except SampError:
-        # The character may be linked, or gone: then there is nobody to show the take on.
+        # The character may be linked or deleted: there is nothing to show the take on.
         return
 
 
 class SAMP_PG_step(bpy.types.PropertyGroup):
-    """One step of a chain."""
+    """One step of a take."""
 
-    action: EnumProperty(name="Action", items=ACTIONS)
+    action: EnumProperty(name="Action", description="Action of this step", items=ACTIONS)
     target: PointerProperty(
-        name="Target", description="The furniture", type=bpy.types.Object, poll=_is_no_character
+        name="Target", description="Furniture of this step", type=bpy.types.Object, poll=_is_target
     )
     place: FloatVectorProperty(
-        name="Place", description="Where to go without a target", subtype="TRANSLATION"
+        name="Location", description="Destination if there is no target", subtype="TRANSLATION"
     )
 
 
 class SAMP_PG_settings(bpy.types.PropertyGroup):
-    """The sidebar's own settings of a scene."""
+    """Settings of the sidebar."""
 
     character: PointerProperty(
         name="Character",
-        description="SMPL-X armature; empty: the selected one, the only one, or a new human",
+        description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
         type=bpy.types.Object,
         poll=_is_character,
     )
     shape: FloatVectorProperty(
-        name="Shape", description="Of the next character that is created", size=len(SHAPES), min=0.0, max=1.0
+        name="Shape", description="Body shape of the next character", size=len(SHAPES), min=0.0, max=1.0
     )
-    action: EnumProperty(name="Action", description="What the character does", items=ACTIONS)
+    method: EnumProperty(
+        name="Method", description="Method that generates the motion", items=method_options.items
+    )
+    action: EnumProperty(name="Action", description="Action of the character at the target", items=ACTIONS)
     target: PointerProperty(
         name="Target",
-        description="The furniture; empty: the active object",
+        description="Furniture for the action; if empty, the active object",
         type=bpy.types.Object,
-        poll=_is_no_character,
+        poll=_is_target,
     )
     seed: IntProperty(
-        name="Seed", description="Another seed gives another take; each press goes on to the next", min=0
+        name="Seed", description="Seed of the random numbers; increased after each press", min=0
     )
-    variants: IntProperty(name="Takes", description="How many at once", default=1, min=1, max=64)
+    variants: IntProperty(name="Takes", description="Number of takes to generate", default=1, min=1, max=64)
     style: FloatProperty(
         name="Style",
-        description="How much takes differ from each other",
+        description="Amount of variation between takes",
         default=0.1,
         min=0.0,
         max=1.0,
@@ -111,38 +118,48 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     )
     hold: FloatProperty(
         name="Hold",
-        description="Seconds at the end",
+        description="Time to keep the final pose, in seconds",
         default=2.0,
         min=0.0,
         max=600.0,
         subtype="TIME_ABSOLUTE",
     )
     speed: FloatProperty(
-        name="Speed", description="Of the motion beside people's own", default=1.0, min=0.5, max=2.0, step=5
+        name="Speed", description="Speed relative to captured motion", default=1.0, min=0.5, max=2.0, step=5
     )
     refine: BoolProperty(
-        name="Refine", description="Mend contact, penetration and foot slide of each take; takes longer"
+        name="Refine",
+        description="Correct contact, penetration and foot slide of each take; this takes longer",
     )
     fit_range: BoolProperty(
         name="Fit Frame Range",
-        description="Move the scene's end so that a longer take plays whole",
+        description="Extend the scene's frame range to the end of a longer take",
         default=True,
     )
     take_index: IntProperty(
-        name="Take", description="Click a take to see it", get=_shown_take, set=_show_take
+        name="Take",
+        description="Active take; click one to show it on the character",
+        get=_get_take,
+        set=_set_take,
     )
     steps: CollectionProperty(type=SAMP_PG_step)
     step_index: IntProperty(name="Step", default=0)
 
 
 CLASSES = (SAMP_PG_step, SAMP_PG_settings)
+_OWN = dict(SAMP_PG_settings.__annotations__)
 
 
-def add_to_scenes() -> None:
-    """Gives every scene its settings."""
+def register() -> None:
+    """Add the settings to scenes, with the options of the methods that are there now."""
+    SAMP_PG_settings.__annotations__ = _OWN | method_options.annotations()
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
     bpy.types.Scene.samp = PointerProperty(type=SAMP_PG_settings)
 
 
-def take_from_scenes() -> None:
-    """Undoes add_to_scenes."""
+def unregister() -> None:
+    """Remove the settings from scenes."""
     del bpy.types.Scene.samp
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

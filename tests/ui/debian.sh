@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# debian.sh SUITE ROOT: a Debian system with Blender and what test-ui needs, in the folder ROOT (trixie has Blender
-# 4.3, sid 5.2). Needs root, debootstrap and 3 GB. Before deleting ROOT: umount ROOT/proc ROOT/sys ROOT/dev.
+# debian.sh SUITE ROOT: install a Debian system with Blender and the packages for test-ui in the folder ROOT (trixie
+# has Blender 4.3, sid 5.2). Requires root, debootstrap and 3 GB. Before deleting ROOT, unmount ROOT/proc, ROOT/sys
+# and ROOT/dev.
 set -euo pipefail
 suite=$1 root=$(realpath -m "$2")
 mirror=$(awk '/^URIs:/ { print $2; exit }' /etc/apt/sources.list.d/*.sources 2>/dev/null || true)
@@ -17,6 +18,6 @@ chroot "$root" apt-get update -q
 chroot "$root" apt-get install -y -q --no-install-recommends blender xvfb xdotool imagemagick libegl1 libgl1 \
     libgl1-mesa-dri libglx-mesa0 fonts-dejavu-core python3-pip python3-numpy python3-requests python3-zstandard \
     python3-torch python3-scipy python3-safetensors
-# The extensions of Blender 5.2 need a package that Debian's does not ask for.
+# Extensions in Blender 5.2 need packages that Debian's blender does not depend on.
 chroot "$root" python3 -c 'import cattrs' 2>/dev/null ||
     chroot "$root" python3 -m pip install -q --break-system-packages cattrs fastjsonschema || true

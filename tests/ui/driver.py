@@ -1,9 +1,9 @@
-"""The sidebar in a real Blender: real mouse clicks on real buttons, under Xvfb with software GL.
+"""Drives the sidebar of a Blender with a window by mouse and keyboard, under Xvfb with software GL.
 
 python3 driver.py --blender blender --zip samp.zip --shots FOLDER
 
-Needs Xvfb, xdotool and ImageMagick's import beside Blender; nothing but Python's own library. Buttons are found by
-what Blender says is under the mouse. Ends with 0 if everything a stranger does works.
+Needs Blender, Xvfb, xdotool and ImageMagick's import; only Python's standard library. Buttons are found by querying
+Blender for the button under the mouse. The exit status is 0 if all steps succeed.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 DISPLAY, WIDTH, HEIGHT = ":97", 1600, 1000
 PORT = 47817
-STEP = 9  # pixels between two places at which a button is looked for
+STEP = 9  # pixels between positions in the search for a button
 TOOLS = ("Xvfb", "xdotool", "import")
 
 
 class Failure(Exception):
-    """Something that a stranger expects did not happen."""
+    """An expected result is missing."""
 
 
 class Window:
-    """A Blender with a window, and somebody at its mouse and keyboard."""
+    """A Blender with a window, and its mouse and keyboard."""
 
     def __init__(self, shots: Path) -> None:
         self.shots, self.count = shots, 0
@@ -41,7 +41,7 @@ class Window:
         self.found: dict[str, tuple[int, int]] = {}
 
     def connect(self, seconds: float = 120.0) -> None:
-        """Waits until Blender answers."""
+        """Wait until Blender accepts a connection."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             with contextlib.suppress(OSError):
@@ -52,16 +52,16 @@ class Window:
         raise Failure("Blender did not start")
 
     def ask(self, text: str) -> object:
-        """The value of a Python expression in Blender."""
+        """Return the value of a Python expression in Blender."""
         self.stream.write(text + "\n")
         self.stream.flush()
-        told = json.loads(self.stream.readline())
-        if "error" in told:
-            raise Failure(f"{text}: {told['error']}")
-        return told["value"]
+        answer = json.loads(self.stream.readline())
+        if "error" in answer:
+            raise Failure(f"{text}: {answer['error']}")
+        return answer["value"]
 
     def wait(self, text: str, wanted: Callable[[object], bool] = bool, seconds: float = 60.0) -> object:
-        """The value of an expression as soon as it is what is wanted."""
+        """Return the value of an expression as soon as ``wanted`` accepts it."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             value = self.ask(text)
@@ -71,30 +71,30 @@ class Window:
         raise Failure(f"waited {seconds:.0f} s for {text}, which is {value}")
 
     def shot(self, name: str) -> None:
-        """A picture of the whole window."""
+        """Save a screenshot."""
         self.count += 1
         path = self.shots / f"{self.count:02d}_{name}.png"
         subprocess.run(["import", "-window", "root", str(path)], check=True)
         print(f"  picture {path.name}", flush=True)
 
     def key(self, keys: str) -> None:
-        """Presses keys."""
+        """Press keys."""
         subprocess.run(["xdotool", "key", keys], check=True)
         time.sleep(0.4)
 
     def move(self, x: int, y: int) -> None:
-        """Moves the mouse; twice, for Blender looks at what has moved."""
+        """Move the mouse, in two steps, so that Blender receives a motion event."""
         subprocess.run(["xdotool", "mousemove", str(x + 2), str(y), "mousemove", str(x), str(y)], check=True)
 
     def click(self, x: int, y: int, button: int = 1) -> None:
-        """A real click."""
+        """Click at a position."""
         self.move(x, y)
         time.sleep(0.3)
         subprocess.run(["xdotool", "click", str(button)], check=True)
         time.sleep(0.4)
 
     def find(self, text: str) -> tuple[int, int]:
-        """Where in the sidebar the button is whose Python or property path holds this text."""
+        """Return the position of the button whose Python command or property path contains this text."""
         left, top, width, height = self.ask("ui.sidebar_box()")
         known = self.found.get(text)
         if known is not None and any(text in self.under(*known) for _ in range(3)):
@@ -109,19 +109,19 @@ class Window:
         raise Failure(f"no button '{text}' in the sidebar")
 
     def under(self, x: int, y: int) -> str:
-        """What is under the mouse at a place."""
+        """Return the command or property path of the button at a position."""
         self.move(x, y)
         time.sleep(0.09)
         return str(self.ask("ui.under_mouse()"))
 
     def press(self, text: str) -> None:
-        """Clicks a button of the sidebar."""
+        """Click a button of the sidebar."""
         self.click(*self.find(text))
 
 
 @contextlib.contextmanager
 def display() -> Iterator[dict[str, str]]:
-    """An X server with software GL; yields the environment for it."""
+    """Run an X server with software GL; yield its environment variables."""
     runtime = tempfile.mkdtemp(prefix="xdg")
     environment = os.environ | {
         "DISPLAY": DISPLAY, "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_RUNTIME_DIR": runtime, "PYTHONNOUSERSITE": "1",
@@ -149,8 +149,10 @@ def display() -> Iterator[dict[str, str]]:
 
 
 def prepare(blender: str, zip_file: Path, environment: dict[str, str]) -> None:
-    """Clean preferences with the extension installed, without splash and tooltips."""
-    run = lambda *told: subprocess.run([blender, *told], env=environment, check=True, capture_output=True)
+    """Install the extension with clean preferences, without splash and tooltips."""
+    run = lambda *arguments: subprocess.run(
+        [blender, *arguments], env=environment, check=True, capture_output=True
+    )
     run("--command", "extension", "install-file", "-r", "user_default", "-e", str(zip_file))
     quiet = (
         "import bpy; p = bpy.context.preferences; p.view.show_splash = False; p.view.show_tooltips = False; "
@@ -160,7 +162,7 @@ def prepare(blender: str, zip_file: Path, environment: dict[str, str]) -> None:
 
 
 def main() -> int:
-    """The exit status."""
+    """Run the tests and return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--blender", default="blender")
     parser.add_argument("--zip", type=Path, required=True)
@@ -180,24 +182,26 @@ def main() -> int:
         with (options.shots / "blender.log").open("w") as log:
             process = subprocess.Popen(command, env=own, stdout=log, stderr=log)
             try:
-                return tell(Window(options.shots), Path(user))
+                return run_story(Window(options.shots), Path(user))
             finally:
                 process.kill()
                 process.wait()
 
 
-def tell(window: Window, home: Path) -> int:
-    """Goes through the story; the exit status."""
+def run_story(window: Window, home: Path) -> int:
+    """Run the steps and return the exit status."""
     sys.path.insert(0, str(HERE))
     from story import story
 
     window.connect()
-    failed = 0  # what follows a step that failed would fail as well
+    failed = 0  # steps after a failed one are not run
     for name, step in story(window, home):
         begun = time.monotonic()
         try:
-            told = step()
-            print(f"ok   {name} ({time.monotonic() - begun:.1f} s){f': {told}' if told else ''}", flush=True)
+            result = step()
+            print(
+                f"ok   {name} ({time.monotonic() - begun:.1f} s){f': {result}' if result else ''}", flush=True
+            )
         except (Failure, subprocess.CalledProcessError, OSError) as error:
             print(f"FAIL {name}: {error}", flush=True)
             with contextlib.suppress(subprocess.CalledProcessError):

@@ -1,6 +1,6 @@
-"""Runs inside a Blender with a window: does what driver.py asks for over a socket, on Blender's own thread.
+"""Runs inside a Blender with a window: evaluates the requests of driver.py from a socket on Blender's main thread.
 
-A request is a line of Python; its answer is one line of JSON. The name `ui` in it holds what this file defines.
+A request is a line of Python; its answer is one line of JSON. The name `ui` in it is the namespace of this file.
 """
 
 import json
@@ -23,7 +23,7 @@ _asked: queue.Queue = queue.Queue()
 
 
 def main_area() -> tuple:
-    """The window, and the largest 3D view with its main region and its sidebar."""
+    """Return the window, and the largest 3D view with its main region and its sidebar."""
     window = bpy.context.window_manager.windows[0]
     area = max((a for a in window.screen.areas if a.type == "VIEW_3D"), key=lambda a: a.width * a.height)
     regions = {region.type: region for region in area.regions}
@@ -31,7 +31,7 @@ def main_area() -> tuple:
 
 
 def furnish() -> list[str]:
-    """The demo's living room in an empty scene, seen from above one corner."""
+    """Build the demo's living room in an empty scene and set the view; return the names of its objects."""
     import bl_ext.user_default.samp as package
 
     sys.modules["samp_blender"] = package
@@ -56,26 +56,26 @@ def furnish() -> list[str]:
 
 
 def look(at: tuple, distance: float, frame: int) -> None:
-    """Turns the 3D view to a place of the world from some metres away, in a frame."""
+    """Aim the 3D view at a point from a distance in metres, in a frame."""
     space = main_area()[1].spaces.active.region_3d
     space.view_location, space.view_distance = at, distance
     bpy.context.scene.frame_set(frame)
 
 
 def open_tab() -> None:
-    """Shows the tab SAMP."""
+    """Show the tab SAMP."""
     main_area()[3].active_panel_category = "SAMP"
     main_area()[1].tag_redraw()
 
 
 def sidebar_box() -> list[int]:
-    """Left, top, width and height of the sidebar, pixels of the window, from its top."""
+    """Return left, top, width and height of the sidebar in pixels of the window, from its top."""
     window, _, _, region = main_area()
     return [region.x, window.height - region.y - region.height, region.width, region.height]
 
 
 def place_of(point: tuple) -> list[int]:
-    """Pixels of the window, from its top, at which a point of the world is seen."""
+    """Return the window position, in pixels from the top left, of a point in the world."""
     from bpy_extras.view3d_utils import location_3d_to_region_2d
 
     window, area, region, _ = main_area()
@@ -84,7 +84,7 @@ def place_of(point: tuple) -> list[int]:
 
 
 def under_mouse() -> str:
-    """The Python of the button under the mouse, or the path of its property; empty where there is none."""
+    """Return the Python command of the button under the mouse, or its property path, or an empty string."""
     window, area, _, region = main_area()
     bpy.context.window_manager.clipboard = ""
     with bpy.context.temp_override(window=window, area=area, region=region):
@@ -98,22 +98,22 @@ def under_mouse() -> str:
 
 
 def takes() -> list[str]:
-    """The names of all takes."""
+    """Return the names of all takes."""
     return sorted(action.name for action in bpy.data.actions if "samp" in action)
 
 
 def fingerprint() -> str:
-    """What a stopped run must leave as it was."""
-    told = [
+    """Return the state that a cancelled run must not change."""
+    places = [
         [thing.name, *map(float, (v for row in thing.matrix_world for v in row))]
         for thing in bpy.data.objects
     ]
     counts = [len(getattr(bpy.data, kind)) for kind in ("actions", "meshes", "armatures", "objects")]
-    return json.dumps([told, counts])
+    return json.dumps([places, counts])
 
 
 def running() -> list | None:
-    """Name, stage and share of the work that goes on."""
+    """Return name, stage and share of the running work, or None."""
     from bl_ext.user_default.samp.operators import thread_operator
 
     found = thread_operator.running()
@@ -121,7 +121,7 @@ def running() -> list | None:
 
 
 def panel_seconds() -> dict[str, float]:
-    """Seconds that each of the sidebar's panels took to draw, on average, since count_draws."""
+    """Return the mean seconds to draw each panel since count_draws."""
     return {name: sum(times) / len(times) for name, times in _times.items() if times}
 
 
@@ -129,7 +129,7 @@ _times: dict[str, list[float]] = {}
 
 
 def count_draws() -> None:
-    """Counts redraws of the 3D view, and times the panels, from now on."""
+    """Start counting redraws of the 3D view and timing the panels."""
     from bl_ext.user_default.samp.samp_addon import ui
 
     if not _times:
@@ -157,14 +157,14 @@ def _time(cls: type) -> None:
 
 
 def redraw_seconds() -> float:
-    """What one redraw of the whole window takes while nothing else goes on."""
+    """Return the seconds of one redraw of the idle window."""
     begun = time.monotonic()
     bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=10)
     return (time.monotonic() - begun) / 10
 
 
 def draw_gap() -> list[float]:
-    """Redraws since count_draws, the seconds between the first and the last, and the longest between two."""
+    """Return the redraws since count_draws, the seconds from first to last, and the longest gap."""
     gaps = [b - a for a, b in zip(draws[:-1], draws[1:], strict=True)]
     return [len(draws), draws[-1] - draws[0] if draws else 0.0, max(gaps, default=0.0)]
 
@@ -185,14 +185,14 @@ def _answer() -> float:
     while not _asked.empty():
         line, answer = _asked.get()
         try:
-            told = {"value": eval(line, {"ui": UI, "bpy": bpy})}
+            result = {"value": eval(line, {"ui": UI, "bpy": bpy})}
         except Exception:
-            told = {"error": traceback.format_exc()}
-        answer.put(json.dumps(told, default=str))
+            result = {"error": traceback.format_exc()}
+        answer.put(json.dumps(result, default=str))
     return 0.02
 
 
-# Blender runs a script under the name __main__, which is another module a moment later.
+# Blender runs scripts as __main__, which is replaced afterwards.
 vars(UI).update(globals())
 threading.Thread(target=_serve, daemon=True).start()
 bpy.app.timers.register(_answer, persistent=True)

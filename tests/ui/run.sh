@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# run.sh ZIP SHOTS: the story of story.py with the Blender named by BLENDER, or with the one of the system in ROOT.
+# run.sh ZIP SHOTS: run the session of story.py with the Blender named by BLENDER, or with that of the system in ROOT.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 zip=$(realpath "$1") shots=$2
@@ -7,7 +7,7 @@ mkdir -p "$shots"
 rm -f "$shots"/*.png
 if [ -z "${ROOT:-}" ]; then
     if ! command -v "${BLENDER:-blender}" >/dev/null; then
-        echo "test-ui: skipped, for there is no '${BLENDER:-blender}' here; name one with BLENDER=, or a system with ROOT="
+        echo "test-ui: skipped because '${BLENDER:-blender}' was not found; set BLENDER to its path, or ROOT to a system that has it"
         exit 0
     fi
     exec python3 "$here/driver.py" --blender "${BLENDER:-blender}" --zip "$zip" --shots "$shots"

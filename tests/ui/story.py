@@ -1,4 +1,4 @@
-"""What a stranger does in the sidebar, step by step; each step says what has to come of it."""
+"""A first session in the sidebar, step by step; each step checks its result."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from driver import Window
 
-GOALS = 5  # arrows that Find Goals draws
-HEADERS = (46, 52, 58, 64)  # pixels from a button up to the header of the part above its own
-PATIENCE = 240.0  # seconds; software GL and two busy cores
+GOALS = 5  # arrows that Sample Goals draws
+HEADERS = (46, 52, 58, 64)  # pixels from a button up to the header of the panel above
+PATIENCE = 240.0  # seconds, for software GL on two busy cores
 
 
 def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Names and steps in their order. home: a folder to save to."""
-    tale = _Tale(window, home)
-    yield "the room and the tab", tale.open
-    yield "create a character", tale.create
-    yield "click the sofa", tale.pick
-    yield "Sit Here", tale.sit
-    yield "Sit Here again, and a save meanwhile", tale.again
-    yield "Esc stops", tale.escape
-    yield "the cancel button stops", tale.cancel
-    yield "star one, delete the other", tale.keep
-    yield "undo and redo", tale.undo
-    yield "Refine", tale.refine
-    yield "goals and path", tale.places
-    yield "the right-click menu", tale.menu
-    yield "save and open again", tale.save
+    """Yield names and steps in order. home: folder for saved files."""
+    session = _Session(window, home)
+    yield "the room and the tab", session.open
+    yield "create a character", session.create
+    yield "click the sofa", session.pick
+    yield "Sit Here", session.sit
+    yield "Sit Here again, and a save meanwhile", session.again
+    yield "Esc stops", session.escape
+    yield "the cancel button stops", session.cancel
+    yield "star one, delete the other", session.keep
+    yield "undo and redo", session.undo
+    yield "Refine", session.refine
+    yield "goals and path", session.places
+    yield "the right-click menu", session.menu
+    yield "save and open again", session.save
 
 
-class _Tale:
+class _Session:
     def __init__(self, window: Window, home: Path) -> None:
         self.window, self.home = window, home
 
-    def _check(self, fine: bool, told: str) -> None:
+    def _check(self, condition: bool, message: str) -> None:
         from driver import Failure
 
-        if not fine:
-            raise Failure(told)
+        if not condition:
+            raise Failure(message)
 
     def open(self) -> None:
         window = self.window
@@ -84,11 +84,11 @@ class _Tale:
         window.wait("ui.running()", seconds=20)
         window.find("bpy.ops.samp.stop")
         window.wait(
-            "ui.running()", lambda told: told is None or told[1] == "Moving" and told[2] > 0.2, PATIENCE
+            "ui.running()", lambda value: value is None or value[1] == "Moving" and value[2] > 0.2, PATIENCE
         )
         window.shot("running")
         window.wait(
-            "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 1, PATIENCE
+            "(ui.running(), ui.takes())", lambda value: value[0] is None and len(value[1]) == 1, PATIENCE
         )
         seconds, drawn = time.monotonic() - begun, self._drawn()
         window.shot("seated")
@@ -100,7 +100,7 @@ class _Tale:
         begun = time.monotonic()
         window.press("bpy.ops.samp.generate")
         window.wait(
-            "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 2, PATIENCE
+            "(ui.running(), ui.takes())", lambda value: value[0] is None and len(value[1]) == 2, PATIENCE
         )
         seconds, drawn = time.monotonic() - begun, self._drawn()
         window.shot("again")
@@ -111,9 +111,9 @@ class _Tale:
         return f"{draws / max(span, 1e-6):.1f} redraws a second, the longest gap {longest:.2f} s"
 
     def _stopped(self, aimed: Callable[[], Callable[[], None]]) -> str:
-        """Starts a run and stops it; returns how long that took. aimed: finds what stops it, and returns how."""
+        """Start a run, stop it, and return the time that took. aimed: locates the control and returns its action."""
         window = self.window
-        window.ask("setattr(bpy.context.scene.samp, 'variants', 16)")  # takes its time
+        window.ask("setattr(bpy.context.scene.samp, 'variants', 16)")  # a long run
         before, place = window.ask("ui.fingerprint()"), window.find("bpy.ops.samp.generate")
         window.click(*place)
         window.wait("ui.running()", seconds=20)
@@ -163,7 +163,7 @@ class _Tale:
         time.sleep(2)
         window.shot("refining")
         window.wait(
-            "(ui.running(), ui.takes())", lambda told: told[0] is None and len(told[1]) == 2, PATIENCE
+            "(ui.running(), ui.takes())", lambda value: value[0] is None and len(value[1]) == 2, PATIENCE
         )
         window.ask("ui.look((1.0, 1.6, 0.6), 6.0, 330)")
         time.sleep(1.5)
@@ -171,7 +171,7 @@ class _Tale:
         return f"{time.monotonic() - begun:.1f} s"
 
     def _unfold(self, below: str, inside: str) -> None:
-        """Clicks the header of the part above a button's own, until a button inside of it is there."""
+        """Click the header of the panel above a button's own until a button inside it is visible."""
         from driver import Failure
 
         x, y = self.window.find(below)
@@ -182,7 +182,7 @@ class _Tale:
                 return
             except Failure:
                 continue
-        raise Failure(f"no part with '{inside}' unfolds above '{below}'")
+        raise Failure(f"no panel with '{inside}' expands above '{below}'")
 
     def places(self) -> None:
         window = self.window

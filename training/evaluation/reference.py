@@ -11,9 +11,9 @@ import numpy as np
 
 from ...samp_addon.evaluation import diversity, feet, metrics
 from ...samp_addon.motion import Goal, Motion
-from .. import mocap
 from ..look import load_motion
-from ..motion.events import label_runs, sit_events
+from ..mocap import clip_files
+from ..mocap.events import label_runs, sit_events
 from .takes import Results
 
 LABELS = {
@@ -69,13 +69,13 @@ def real_pace(folders: Sequence[Path]) -> tuple[float, float] | None:
     """Seconds and seconds a metre that real people need to walk to a seat and sit still on it: a straight line through
     all captured sits of some folders; None where there are fewer than ten."""
     ways, times = [], []
-    for clip in (clip for folder in folders if folder.exists() for clip in mocap.load_clips(folder)):
+    for clip in (clip for folder in folders if folder.exists() for clip in clip_files.load_clips(folder)):
         for event in sit_events(clip):
             part = clip.cut(event.entry, event.seat_end + 1)
             goal = Goal(event.pelvis, np.array([np.sin(event.yaw), 0.0, np.cos(event.yaw)]))
             needed = metrics.execution_time(Motion(part.root, part.rotations), goal)
             if needed is not None:
-                before = part.root[: round(needed * mocap.FPS) + 1, [0, 2]]
+                before = part.root[: round(needed * clip_files.FPS) + 1, [0, 2]]
                 ways.append(np.linalg.norm(np.diff(before, axis=0), axis=-1).sum())
                 times.append(needed)
     if len(ways) < 10:

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...samp_addon.evaluation import metrics
 from ...samp_addon.evaluation.obstacles import Obstacles
-from ...samp_addon.refine.refining import Surroundings, refine
+from ...samp_addon.methods.take import Take
+from ...samp_addon.refine.refinement import Surroundings, refine
 from ...samp_addon.scene.geometry import SceneGeometry
-from ...samp_addon.synthesis.takes import Take
 from .tables import Estimate
 
 WANTED = {
@@ -39,7 +39,7 @@ class Mended:
 
 def mend(take: Take, scene: SceneGeometry) -> Mended:
     """Refines a take of the evaluation, nothing in whose rooms gives."""
-    floor = float(take.waypoints[:, 1].min())
+    floor = take.floor
     begun = time.perf_counter()
     made = refine(
         take.motion, Surroundings(scene.triangles, np.zeros(len(scene)), floor), take.goal, measured=False

@@ -12,13 +12,17 @@ import numpy as np
 from ...samp_addon.errors import SampError
 from ...samp_addon.evaluation import metrics
 from ...samp_addon.evaluation.obstacles import Obstacles
-from ...samp_addon.job import Job
+from ...samp_addon.methods.samp.method import Samp
+from ...samp_addon.methods.samp.networks import Networks
+from ...samp_addon.methods.samp.request import Request
+from ...samp_addon.methods.scene_view import SceneView
+from ...samp_addon.methods.take import Take
 from ...samp_addon.motion import Motion
+from ...samp_addon.pipeline import driver
+from ...samp_addon.pipeline.driver import Toolbox, Work
+from ...samp_addon.pipeline.job import Job
 from ...samp_addon.scene.geometry import SceneGeometry
-from ...samp_addon.synthesis.chain import synthesise
-from ...samp_addon.synthesis.request import Request
-from ...samp_addon.synthesis.takes import Situation, Take, Tools
-from ...tests import rooms
+from ...tests.support import rooms
 from .. import furniture
 
 FIRST_ROOM = 1000  # seed; the rooms of the judge and of the tests are others
@@ -62,7 +66,7 @@ def held_out_seats(folder: Path, action: str = "sit") -> list[furniture.piece.Pi
     return fit
 
 
-def situation(room: rooms.Room, piece: furniture.piece.Piece | None) -> Situation:
+def view_of(room: rooms.Room, piece: furniture.piece.Piece | None) -> SceneView:
     """A room with a real piece in place of its seat, if there is one."""
     target = room.target.triangles
     if piece is not None:
@@ -70,18 +74,23 @@ def situation(room: rooms.Room, piece: furniture.piece.Piece | None) -> Situatio
         target = turned + [room.target.at[0], 0.0, room.target.at[1]]
     others = [(obstacle.name, obstacle.triangles) for obstacle in room.pieces[1:]]
     scene = SceneGeometry.from_objects([("Floor", room.floor), ("Target", target), *others])
-    return Situation(scene, target, ("Target",), (room.start, room.start_yaw))
+    return SceneView(scene, target, ("Target",), (room.start, room.start_yaw))
 
 
-def straight_on(tools: Tools) -> Tools:
+def toolbox(networks: Networks) -> Toolbox:
+    """Return the driver's tools with these networks for SAMP."""
+    return Toolbox(methods={Samp.name: Samp(networks)})
+
+
+def straight_on(networks: Networks) -> Networks:
     """The same networks without the planner: requests go straight from the start to the end of their way."""
 
     def generate(
         requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
     ) -> Sequence[Motion | SampError]:
-        return tools.generate([replace(r, waypoints=r.waypoints[[0, -1]]) for r in requests], progress)
+        return networks.generate([replace(r, waypoints=r.waypoints[[0, -1]]) for r in requests], progress)
 
-    return replace(tools, generate=generate)
+    return replace(networks, generate=generate)
 
 
 def evaluate(
@@ -89,15 +98,15 @@ def evaluate(
     count: int,
     takes: int,
     pieces: Sequence,
-    tools: Tools | None = None,
+    networks: Networks | None = None,
     tell: Callable[[str], None] = lambda line: print(line, file=sys.stderr, flush=True),
 ) -> Results:
     """Takes of one action in `count` rooms. tell: is told of what cannot be made."""
     results = Results()
     for seed in range(count):
-        job, told = _job(action, seed, takes, pieces)
+        job, view = _job(action, seed, takes, pieces)
         try:
-            made, failures = synthesise(job, told, tools=tools)
+            made, failures = driver.run(Work(job, [view]), tools=networks and toolbox(networks))
         except SampError as error:
             tell(f"{action}, room {seed}: {error}")
             results.failed += takes
@@ -106,12 +115,11 @@ def evaluate(
             tell(f"{action}, room {seed}, seed {failure.seed}: {failure.message}")
         results.failed += len(failures)
         results.takes += made
-        results.furniture += [told.scene.without(("Floor",)).triangles] * len(made)
-        results.scenes += [told.scene] * len(made)
-        obstacles = Obstacles(told.scene.triangles)
+        results.furniture += [view.geometry.without(("Floor",)).triangles] * len(made)
+        results.scenes += [view.geometry] * len(made)
+        obstacles = Obstacles(view.geometry.triangles)
         results.numbers += [
-            metrics.measure(take.motion, take.goal, obstacles, float(take.waypoints[:, 1].min()))
-            | {"attempts": take.attempts}
+            metrics.measure(take.motion, take.goal, obstacles, take.floor) | {"attempts": take.attempts}
             for take in made
         ]
         if len(made) > 1:
@@ -119,15 +127,15 @@ def evaluate(
     return results
 
 
-def _job(action: str, seed: int, takes: int, pieces: Sequence) -> tuple[Job, Situation]:
+def _job(action: str, seed: int, takes: int, pieces: Sequence) -> tuple[Job, SceneView]:
     """What is asked for in a room, and the room."""
     stand_in = rooms.bed if action == "lie" else rooms.sofa if pieces else None
     room = rooms.random_room(FIRST_ROOM + seed, stand_in)
-    told = situation(room, pieces[seed % len(pieces)] if pieces else None)
+    view = view_of(room, pieces[seed % len(pieces)] if pieces else None)
     job = Job(action=action, target="Target", seed=1000 * seed, variants=takes)
     if action in ("walk", "run"):
         # The other corner of the room, seen from the start.
         place = -room.start * [0.9, 0.0, 0.9]
         job = replace(job, target="", to=(0.0, 0.0, 0.0))
-        told = replace(told, target=None, parts=(), destination=(place, None))
-    return job, told
+        view = replace(view, target=None, parts=(), destination=(place, None))
+    return job, view

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.easing import smoothstep
 from ...samp_addon.refine.inverse_kinematics import solve_limb
-from ..mocap import Clip
+from ..mocap.clip_files import Clip
 from .shapes import posing, probes
 from .shapes.depth import PieceField
 from .shapes.surfaces import SeatSurface

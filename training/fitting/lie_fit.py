@@ -8,9 +8,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_closing, map_coordinates
 
 from ...samp_addon import rotation, skeleton
-from ...samp_addon.easing import early, smoothstep
+from ...samp_addon.easing import anticipate, smoothstep
 from ...samp_addon.refine.inverse_kinematics import solve_limb
-from ..mocap import Clip
+from ..mocap.clip_files import Clip
 from .shapes import posing, probes
 
 CELL = 0.02
@@ -143,7 +143,7 @@ def _foot_on(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, giv
     up = np.where(np.abs(gap) < 0.25, up, 0.0)
     free = np.maximum(-gap - give, 0.0) * (np.abs(gap) < 0.25)
     up = gaussian_filter1d(_every(0.8 * up, rows, len(clip)), EVEN, mode="nearest")
-    up = np.maximum(up, 0.9 * early(_every(free, rows, len(clip)), 5, 2.0))
+    up = np.maximum(up, 0.9 * anticipate(_every(free, rows, len(clip)), 5, 2.0))
     if np.abs(up).max() < 1e-3:
         return clip
     places, feet = posing.ankles(clip.root, clip.rotations)
@@ -162,7 +162,7 @@ def _arm_out(clip: Clip, rows: np.ndarray, top: Mattress, give: float, side: str
         inside = np.where(gap > -0.2, np.maximum(-gap - give, 0.0), 0.0)
         if inside.max() < 2e-3:
             continue
-        up = 1.1 * early(_every(inside, rows, len(clip)), 7, 2.0)
+        up = 1.1 * anticipate(_every(inside, rows, len(clip)), 7, 2.0)
         positions, turned = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
         a, b = skeleton.INDEX[f"{side}_{upper}"], skeleton.INDEX[f"{side}_{lower}"]
         bone = positions[:, b] - positions[:, a]

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...samp_addon import rotation
-from ...samp_addon.scene.postures import BED_TO_PELVIS
-from ..mocap import Clip
-from ..motion.checks import fault
-from ..motion.events import SitEvent, turned
-from ..motion.lies import LieComposer
-from ..motion.recline import LEGS, Recline
-from ..motion.sequence import Sequence
-from ..motion.sits import Furnishing
+from ...samp_addon.scene.seats.postures import BED_TO_PELVIS
+from ..composition.checks import fault
+from ..composition.lies import LieComposer
+from ..composition.recline import LEGS, Recline
+from ..composition.sequence import Sequence
+from ..composition.sits import Furnishing
+from ..mocap.clip_files import Clip
+from ..mocap.events import SitEvent, turned
 from .lie_fit import Mattress, settled
 from .provenance import Owed, owed
 from .shapes.pieces import FittingPiece

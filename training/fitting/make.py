@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..mocap import Clip
-from ..motion import natural
-from ..motion.events import SitEvent, sit_events
-from ..motion.posture import neutralised
-from ..motion.recline import reclines
-from ..motion.sequence import Sequence, save
-from ..motion.stitch import WalkIndex
-from ..sets import seated, sources
+from ..composition import long_sits
+from ..composition.recline import reclines
+from ..composition.sequence import Sequence, save
+from ..composition.stitch import WalkIndex
+from ..mocap import natural, sources
+from ..mocap.clip_files import Clip
+from ..mocap.events import SitEvent, sit_events
+from ..mocap.posture import neutralised
 from .lies import FittedLies
 from .provenance import total
 from .shapes import pieces as furnishing
@@ -35,7 +35,7 @@ def captured(folders: list[Path], chains: int, seed: int) -> tuple[list[Clip], W
     """The clips in one posture, their walks by pose, and the sits in them."""
     clips = neutralised(sources.load(folders))
     walks = [natural.astray_marked(c) for c in clips if sources.walks(c)]
-    sitting = clips + seated.long_sits(clips, chains, np.random.default_rng(seed))
+    sitting = clips + long_sits.long_sits(clips, chains, np.random.default_rng(seed))
     return clips, WalkIndex(walks, stride=STRIDE), [event for clip in sitting for event in sit_events(clip)]
 
 

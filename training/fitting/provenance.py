@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...samp_addon import skeleton
-from ..mocap import Clip
+from ..mocap.clip_files import Clip
 
 SAME = np.radians(3.0)  # of a joint's rotation in its parent
 LEGS = [skeleton.INDEX[f"{side}_{name}"] for side in ("left", "right") for name in ("hip", "knee", "ankle")]

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..mocap import Clip
-from ..motion.events import headings, turned
+from ..mocap.clip_files import Clip
+from ..mocap.events import headings, turned
 from . import hold as holds
 from .hands import settled_hands
 from .hold import Hold

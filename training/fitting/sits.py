@@ -12,14 +12,14 @@ import numpy as np
 from ...samp_addon import rotation
 from ...samp_addon.easing import smoothstep
 from ...samp_addon.motion import Goal
-from ...samp_addon.scene.postures import SEAT_TO_PELVIS
-from ..mocap import Clip
-from ..motion.checks import fault
-from ..motion.events import SitEvent, headings
-from ..motion.sequence import Sequence
-from ..motion.sits import SIDEWAYS, TURNS, Composer
-from ..motion.stitch import WalkIndex
-from ..motion.walks import by_way_point, way_points
+from ...samp_addon.scene.seats.postures import SEAT_TO_PELVIS
+from ..composition.checks import fault
+from ..composition.sequence import Sequence
+from ..composition.sits import SIDEWAYS, TURNS, Composer
+from ..composition.stitch import WalkIndex
+from ..composition.walks import by_way_point, way_points
+from ..mocap.clip_files import Clip
+from ..mocap.events import SitEvent, headings
 from . import sit_fit
 from .provenance import Owed, owed
 from .shapes.pieces import FittingPiece

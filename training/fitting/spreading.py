@@ -8,8 +8,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ...samp_addon import rotation
-from ...samp_addon.easing import early, smoothstep
-from ..mocap import Clip
+from ...samp_addon.easing import anticipate, smoothstep
+from ..mocap.clip_files import Clip
 from . import hold as holds
 from .hold import Hold
 from .shapes import posing
@@ -132,7 +132,7 @@ def _lift(root, rotations, surface, give, rests, rows) -> np.ndarray:  # noqa: A
     every = np.arange(len(root))
     wanted = np.interp(every, rows, wanted, left=0.0, right=wanted[-1])
     free = np.interp(every, rows, out, left=0.0, right=out[-1])
-    return np.maximum(gaussian_filter1d(wanted, EVEN, mode="nearest"), 0.9 * early(free, 5, 2.0))
+    return np.maximum(gaussian_filter1d(wanted, EVEN, mode="nearest"), 0.9 * anticipate(free, 5, 2.0))
 
 
 def _bend(root, rotations, surface, give, snap, rows) -> tuple[np.ndarray, np.ndarray]:  # noqa: ANN001
@@ -142,7 +142,9 @@ def _bend(root, rotations, surface, give, snap, rows) -> tuple[np.ndarray, np.nd
     inside = np.maximum(-ahead - CLEAR, 0.0)
     low = over < LOW
     every = np.arange(len(root))
-    spread_out = lambda some, n, even: early(np.interp(every, rows, some, left=0.0, right=some[-1]), n, even)
+    spread_out = lambda some, n, even: anticipate(
+        np.interp(every, rows, some, left=0.0, right=some[-1]), n, even
+    )
     forward = spread_out(np.where(low, inside, 0.0).max(1), 7, 3.0)
     out = spread_out((np.where(low, 0.0, inside) / np.maximum(over, LOW)).max(1), 7, 3.0)
     if snap is None:

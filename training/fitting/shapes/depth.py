@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ....samp_addon.scene.orientation import outward
-from ....samp_addon.scene.signed_distance import SignedDistance
-from ....samp_addon.scene.solids import Boxed, free_counts
+from ....samp_addon.scene.distance.orientation import orient_outward
+from ....samp_addon.scene.distance.signed_distance import SignedDistance
+from ....samp_addon.scene.distance.solids import BoxedTriangles, free_counts
 from . import probes
 
 WORTH_A_LOOK = 0.016  # metres of depth, told by the rest pose, from which the posed skin is asked
@@ -26,11 +26,11 @@ class PieceField:
     @classmethod
     def of(cls, triangles: np.ndarray, give: float) -> PieceField:
         """The field of triangles (F, 3, 3); its cells are made when they are first asked about."""
-        turned = outward(triangles)
+        turned = orient_outward(triangles)
         low, high = turned.min((0, 1)), turned.max((0, 1))
         middle = (low + high) / 2
         free = middle + _FAR * np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 1], [0, 0, -1]])
-        return cls(SignedDistance(turned, tuple(free_counts(Boxed.of(turned), free)), None), give)
+        return cls(SignedDistance(turned, tuple(free_counts(BoxedTriangles.of(turned), free)), None), give)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distances of points (..., 3)."""

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ....samp_addon.motion import Goal
-from ....samp_addon.scene import geometry, seats
+from ....samp_addon.scene import geometry
+from ....samp_addon.scene.seats import seats
 from ....samp_addon.scene.voxels import InteractionGrid
 from ... import furniture
 from .depth import PieceField
@@ -51,17 +52,17 @@ class FittingPiece:
 
     @cached_property
     def _map(self) -> seats.SupportMap:
-        return seats.map_of(self.triangles, floor_height=0.0)
+        return seats.support_map(self.triangles, floor_height=0.0)
 
     @cached_property
     def seats(self) -> list[Goal]:
         """Places to sit."""
-        return [seat.goal for seat in seats.seats_on(self._map, "sit", PLACES)]
+        return [seat.goal for seat in seats.seats_on_map(self._map, "sit", PLACES)]
 
     @cached_property
     def beds(self) -> list[Goal]:
         """Places to lie that are nearly as good as the best: heads belong on the pillows' side."""
-        found = seats.seats_on(self._map, "lie", PLACES)
+        found = seats.seats_on_map(self._map, "lie", PLACES)
         return [seat.goal for seat in found if seat.score > GOOD_ENOUGH * found[0].score]
 
     def seat_surface(self, goal: Goal) -> SeatSurface:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from ....samp_addon import skeleton
 from ....samp_addon.body import human
 from ....samp_addon.motion import Motion
-from ....samp_addon.scene.solids import Boxed, solid_cells
+from ....samp_addon.scene.distance.solids import BoxedTriangles, solid_cells
 
 PITCH = 0.03
 DENSE = 0.016
@@ -76,7 +76,7 @@ def _inside(body: human.Human) -> tuple[human.Human, np.ndarray]:
     triangles = np.concatenate([body.vertices[quads[:, :3]], body.vertices[quads[:, [0, 2, 3]]]])
     low = triangles.min((0, 1)) - 2 * PITCH
     shape = np.ceil((triangles.max((0, 1)) + 2 * PITCH - low) / PITCH).astype(int)
-    solid = solid_cells(Boxed.of(triangles), low, shape, [0] * 6, PITCH)
+    solid = solid_cells(BoxedTriangles.of(triangles), low, shape, [0] * 6, PITCH)
     points = low + (np.argwhere(solid) + 0.5) * PITCH
     depth, near = cKDTree(body.vertices).query(points)
     some = depth > INSIDE

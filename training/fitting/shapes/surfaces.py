@@ -13,7 +13,7 @@ from scipy.ndimage import grey_closing, map_coordinates
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Goal
-from ....samp_addon.scene.postures import SEAT_TO_PELVIS
+from ....samp_addon.scene.seats.postures import SEAT_TO_PELVIS
 
 CELL = 0.015
 SEAT_SPAN = ((-0.45, 0.45), (-0.75, 0.75))  # x and z of the height map

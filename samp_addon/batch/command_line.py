@@ -1,0 +1,108 @@
+"""The options of the batch, and the one parser behind the command line and the lines of a jobs file."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from ..errors import UsageError
+from ..methods import registry
+
+LONGEST_MESSAGE = 300
+"""Characters of a message about an argument; a jobs file can hold a line of any length."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        text = message[:1].upper() + message[1:]
+        raise UsageError((text if len(text) <= LONGEST_MESSAGE else text[:LONGEST_MESSAGE] + " ...") + ".")
+
+
+def file_name(text: str) -> str:
+    """Return the name of a file, for argparse."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError("it needs the name of a file")
+    return text
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all options. Its errors are UsageErrors; options left out are left out of the result."""
+    made = _Parser(
+        prog="bake.py",
+        description="Bakes takes: a character walks to the furniture and sits down, as keyframes.",
+        argument_default=argparse.SUPPRESS,
+        allow_abbrev=False,
+    )
+    add = made.add_argument
+    several = "; several in a row with commas between them, or the option again and again"
+    add(
+        "--scene",
+        type=file_name,
+        metavar="FILE",
+        help=".blend, .glb, .gltf, .obj, .fbx or .usd; left out, the open file",
+    )
+    add("--action", action="append", metavar="ACTION", help=", ".join(registry.actions()) + several)
+    add(
+        "--target",
+        action="append",
+        metavar="NAME",
+        help="object, or empty or collection that holds the furniture's parts; for several actions one each",
+    )
+    add(
+        "--to",
+        type=float,
+        nargs="+",
+        action="append",
+        metavar="N",
+        help="X Y Z [YAW]: where to walk or run, metres, degrees; again for each walk without a target",
+    )
+    add("--character", metavar="NAME", help="an SMPL-X armature; left out, the default human is made")
+    add("--start", type=float, nargs="+", metavar="N", help="X Y Z YAW: metres and degrees; yaw 0 faces -Y")
+    add("--seed", type=int, metavar="N", help="seed of the first take (0)")
+    add("--variants", type=int, metavar="K", help="number of takes, with seeds from N upward (1)")
+    add("--hold", type=float, metavar="SECONDS", help="how long the action is held at the end (2)")
+    add("--style", type=float, metavar="S", help="how much takes differ, 0 to 1 (0.1)")
+    add("--speed", type=float, metavar="F", help="speed relative to captured motion, 0.5 to 2 (1)")
+    add("--via", type=float, nargs="+", metavar="N", help="X Y Z [X Y Z ...]: places that the path passes")
+    add("--refine", action="store_true", help="run the optimisation on each take")
+    add("--method", metavar="METHOD", help=f"{', '.join(registry.METHODS)} ({registry.DEFAULT})")
+    for method in registry.METHODS.values():
+        _add_options(made, method)
+    add(
+        "--output",
+        type=file_name,
+        metavar="FILE",
+        help=".blend with one Action for each take, the first one active",
+    )
+    add("--overwrite", action="store_true", help="let --output replace the scene's own file")
+    add("--npz", type=file_name, metavar="DIR", help="folder for each take as AMASS SMPL-X .npz")
+    add("--report", type=file_name, metavar="FILE", help="JSON about what was made")
+    add(
+        "--jobs",
+        type=file_name,
+        metavar="FILE",
+        help="many jobs: a JSON object of these options a line; done ones are skipped",
+    )
+    return made
+
+
+def _add_options(made: argparse.ArgumentParser, method: registry.Method) -> None:
+    """Add a method's own options, once where two methods share one."""
+    known = {flag for action in made._actions for flag in action.option_strings}
+    for option in method.options:
+        if option.flag not in known:
+            made.add_argument(
+                option.flag,
+                dest=option.name,
+                type=option.kind,
+                nargs=len(option.metavar) if len(option.metavar) > 1 else None,
+                action="append" if option.repeated else "store",
+                metavar=option.metavar if len(option.metavar) > 1 else option.metavar[0],
+                help=f"{option.help} ({method.name})",
+            )
+
+
+def parse(arguments: Sequence[str]) -> dict[str, Any]:
+    """Return the options on a command line, without those left out. Raise UsageError."""
+    return vars(parser().parse_args(list(arguments)))

@@ -1,0 +1,131 @@
+"""One order of the batch: a job, the file it is for, and the files it leaves."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from ..errors import UsageError
+from ..methods import registry
+from ..methods.step import Step
+from ..pipeline.job import Job
+
+PATHS = ("scene", "output", "npz", "report")
+ROW = ("action", "target", "to")  # options that steps in a row have one each of
+
+
+@dataclass(frozen=True)
+class Order:
+    """A job of the batch: what to make, from which file, and what to write. Paths are as the user gave them.
+
+    opened: the file that Blender has open, where no scene is named. overwrite: whether the output may replace the
+    scene's own file.
+    """
+
+    job: Job
+    scene: Path | None = None
+    output: Path | None = None
+    npz: Path | None = None
+    report: Path | None = None
+    opened: Path | None = None
+    overwrite: bool = False
+
+    def options(self) -> dict[str, Any]:
+        """Return the options in force, as JSON holds them; paths absolute."""
+        found = {f.name: getattr(self.job, f.name) for f in fields(Job)}
+        found["settings"] = dict(self.job.settings)
+        found["then"] = [{name: getattr(step, name) for name in ROW} for step in self.job.then]
+        for name in ("scene", "output", "npz"):
+            path = getattr(self, name)
+            found[name] = None if path is None else str(path.absolute())
+        return json.loads(json.dumps(found))
+
+
+def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
+    """Return the order of parsed options, see command_line.parse. Raise UsageError for unusable ones.
+
+    opened: the file that Blender has open.
+    """
+    method = registry.find(options.get("method", registry.DEFAULT))
+    if method.actions and not options.get("action"):
+        raise UsageError("Say what to do with --action: " + ", ".join(method.actions) + ".")
+    own = {option.name for option in method.options}
+    plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
+    foreign = sorted(set(options) - own - plain - {*PATHS, *ROW, "overwrite"})
+    if foreign:
+        raise UsageError(f"The method '{method.name}' has no option '{foreign[0]}'; leave it out.")
+    first, *rest = _row(options)
+    values = {name: options[name] for name in plain & set(options)}
+    if "start" in values:
+        values["start"] = tuple(values["start"])
+    if "via" in values:
+        values["via"] = _triples(values["via"])
+    settings = {name: _hashable(options[name]) for name in own & set(options)}
+    job = Job(
+        **first, **values, settings=settings, then=tuple(Step(**step, method=method.name) for step in rest)
+    )
+    made = Order(
+        job,
+        **{name: Path(options[name]) for name in PATHS if name in options},
+        opened=opened,
+        overwrite=options.get("overwrite", False),
+    )
+    if made.output is None and made.npz is None and made.report is None:
+        raise UsageError("Say where the result goes with --output, --npz or --report.")
+    if made.output is not None and made.output.suffix != ".blend":
+        raise UsageError(f"--output is '{made.output}'; name a .blend file.")
+    scene = made.scene or opened
+    if made.output is not None and scene is not None and not made.overwrite and _same(made.output, scene):
+        raise UsageError(
+            f"--output is the scene '{scene.name}' itself; name another file, or add --overwrite to replace it."
+        )
+    return made
+
+
+def _same(one: Path, two: Path) -> bool:
+    """Whether two names are of the same file, by whatever links they lead there."""
+    return os.path.realpath(one) == os.path.realpath(two)
+
+
+def _row(options: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return action, target and place of each step. Raise UsageError.
+
+    An option that is repeated gives one step each; one text with commas is split. A --to belongs to the walks without
+    a target, in order.
+    """
+    actions, targets = list(options.get("action", [""])), list(options.get("target", []))
+    if len(actions) == 1 and "," in actions[0]:
+        actions = _split(actions[0])
+        targets = _split(targets[0]) if len(targets) == 1 else targets
+    places = [tuple(place) for place in options.get("to", [])]
+    if len(targets) > len(actions):
+        raise UsageError(f"There are {len(targets)} targets for {len(actions)} actions; name one for each.")
+    targets += [""] * (len(actions) - len(targets))
+    steps = [{"action": action, "target": target} for action, target in zip(actions, targets, strict=True)]
+    if len(steps) == 1:
+        if len(places) > 1:
+            raise UsageError(f"There are {len(places)} places --to for one action; name one.")
+        return [step | ({"to": places[0]} if places else {}) for step in steps]
+    walks = [step for step in steps if step["action"] in ("walk", "run") and not step["target"]]
+    if places and len(walks) != len(places):
+        raise UsageError(f"There are {len(places)} places --to for {len(walks)} walks without a target.")
+    for step, place in zip(walks, places, strict=False):
+        step["to"] = place
+    return steps
+
+
+def _split(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
+
+
+def _triples(numbers: list[float]) -> tuple[tuple[float, ...], ...]:
+    """Return the places of a flat list of numbers. The last one is short where numbers are missing."""
+    return tuple(tuple(numbers[k : k + 3]) for k in range(0, len(numbers), 3))
+
+
+def _hashable(value: object) -> object:
+    return tuple(map(_hashable, value)) if isinstance(value, list) else value

@@ -1,0 +1,1 @@
+"""The character: find and calibrate SMPL-X armatures, create the default human."""

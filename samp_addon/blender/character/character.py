@@ -1,0 +1,155 @@
+"""Creates the default human: a skinned mesh on a 55-bone SMPL-X armature."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ... import frames, rotation, skeleton
+from ...body import human
+from ...body.hands import relaxed_hands
+from ...body.human import Human
+from .. import compat
+from .armature import calibrate
+from .materials import body_materials
+
+# Custom property of an armature created here: its body shape.
+SHAPES = "samp_shapes"
+_BONE_LENGTH = {"body": 0.1, "small": 0.02}
+# Standing pose of the left side, rotation vectors in degrees, network axes; mirrored for the right side.
+_STANDING = {"shoulder": (0.0, 0.0, -66.0), "elbow": (0.0, -16.0, 0.0), "collar": (0.0, 0.0, -6.0)}
+
+
+def create_character(
+    context: bpy.types.Context,
+    shapes: dict[str, float] | None = None,
+    location: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    yaw: float = 0.0,
+    name: str = "Human",
+) -> bpy.types.Object:
+    """Create the human and return its armature, which becomes the active object.
+
+    shapes: weights from 0 to 1 of the body shapes (male, female, tall, short, ...), applied to the mesh's shape
+    keys and the joints. location: of the soles, metres, Blender's world. yaw: radians, 0 faces -Y, positive turns
+    left. The bones' axes are SMPL-X's: a bone's rotation_quaternion is the joint's rotation.
+    """
+    shapes = {key: value for key, value in (shapes or {}).items() if value}
+    default, body = human.load(), human.load().shaped(shapes)
+    lift = np.array([0.0, -body.floor, 0.0])  # the objects' origin lies between the soles
+    armature = _armature(context, body.joints + lift, name)
+    mesh = _mesh(context, default, lift, shapes, f"{name} mesh")
+    _bind(mesh, armature, default)
+    armature.location, armature.rotation_euler = location, (0.0, 0.0, yaw)
+    armature[SHAPES] = shapes
+    pose_standing(armature)
+    for obj in context.selected_objects:
+        obj.select_set(False)
+    armature.select_set(True)
+    context.view_layer.objects.active = armature
+    context.view_layer.update()
+    return armature
+
+
+def pose_standing(armature: bpy.types.Object) -> None:
+    """Pose an armature created here with arms down and fingers relaxed. No keyframes."""
+    for i, joint in enumerate(skeleton.JOINTS[skeleton.BODY_COUNT :]):
+        armature.pose.bones[joint].rotation_quaternion = relaxed_hands()[i]
+    for joint, degrees in _STANDING.items():
+        for side, mirror in (("left", (1, 1, 1)), ("right", (1, -1, -1))):
+            vector = np.radians(np.array(degrees) * mirror)
+            armature.pose.bones[f"{side}_{joint}"].rotation_quaternion = rotation.from_axis_angle(vector)
+
+
+def body_of(armature: bpy.types.Object) -> Human:
+    """Return the body to measure an armature's takes with: the default human in the armature's shape and size.
+
+    For an armature from elsewhere the default human is fitted to the armature's bones.
+    """
+    joints = calibrate(armature).rest_joints
+    shapes = armature.get(SHAPES)
+    body = human.load() if shapes is None else human.load().shaped(shapes.to_dict())
+    return body.with_joints(joints)
+
+
+def has_surface(context: bpy.types.Context, armature: bpy.types.Object) -> bool:
+    """Return whether the armature deforms a mesh with faces."""
+    meshes = (obj for obj in context.scene.objects if obj.type == "MESH" and obj.data.polygons)
+    return any(mesh.find_armature() == armature for mesh in meshes)
+
+
+def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.types.Object:
+    """Create an armature with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
+    data = bpy.data.armatures.new(name)
+    data.display_type = "STICK"
+    armature = bpy.data.objects.new(name, data)
+    _link(context, armature)
+    context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    heads = frames.to_blender(joints)
+    root = data.edit_bones.new("root")
+    root.head, root.tail = (0.0, 0.0, 0.0), (0.0, 0.0, _BONE_LENGTH["body"])
+    for j, joint in enumerate(skeleton.JOINTS):
+        bone = data.edit_bones.new(joint)
+        length = _BONE_LENGTH["body" if j < skeleton.BODY_COUNT else "small"]
+        bone.head, bone.tail = heads[j], heads[j] + np.array([0.0, 0.0, length])
+        bone.parent = data.edit_bones[skeleton.JOINTS[skeleton.PARENTS[j]]] if j else root
+    bpy.ops.object.mode_set(mode="OBJECT")
+    data.bones["root"].use_deform = False
+    _sort_bones(data)
+    for bone in armature.pose.bones:
+        bone.rotation_mode = "QUATERNION"
+    return armature
+
+
+def _sort_bones(data: bpy.types.Armature) -> None:
+    """Assign bones to collections, so that e.g. the fingers can be hidden."""
+    groups = {key: data.collections.new(key) for key in ("Body", "Face", "Left hand", "Right hand")}
+    for bone in data.bones:
+        j = skeleton.INDEX.get(bone.name, 0)
+        key = "Body" if j < 22 else "Face" if j < 25 else "Left hand" if j < 40 else "Right hand"
+        groups[key].assign(bone)
+
+
+def _mesh(
+    context: bpy.types.Context, body: Human, lift: np.ndarray, shapes: dict[str, float], name: str
+) -> bpy.types.Object:
+    """Create the mesh object with its materials and shape keys, offset by ``lift`` (3,)."""
+    data = bpy.data.meshes.new(name)
+    faces = [face[:3] if face[2] == face[3] else face for face in body.faces.tolist()]
+    data.from_pydata(frames.to_blender(body.vertices + lift).tolist(), [], faces)
+    for material in body_materials():
+        data.materials.append(material)
+    data.polygons.foreach_set("material_index", body.materials.astype(np.int32))
+    data.polygons.foreach_set("use_smooth", np.ones(len(faces), dtype=bool))
+    data.update()
+    mesh = bpy.data.objects.new(name, data)
+    _link(context, mesh)
+    compat.new_shape_key(mesh, "Basis")
+    for key, (offset, _) in body.shapes.items():
+        block = compat.new_shape_key(mesh, key, shapes.get(key, 0.0))
+        points = frames.to_blender(body.vertices + lift + offset)
+        block.data.foreach_set("co", points.astype(np.float32).ravel())
+    return mesh
+
+
+def _bind(mesh: bpy.types.Object, armature: bpy.types.Object, body: Human) -> None:
+    """Add vertex groups, parent and Armature modifier: linear blend skinning as in body/human.py."""
+    groups = [mesh.vertex_groups.new(name=joint) for joint in skeleton.JOINTS]
+    for k in range(body.weights.shape[1]):
+        used = np.flatnonzero(body.weights[:, k] > 0)
+        for vertex, joint, weight in zip(
+            used.tolist(), body.weight_joints[used, k].tolist(), body.weights[used, k].tolist(), strict=True
+        ):
+            groups[joint].add((vertex,), weight, "ADD")
+    mesh.parent = armature
+    modifier = mesh.modifiers.new("Armature", "ARMATURE")
+    modifier.object = armature
+    modifier.use_deform_preserve_volume = False
+
+
+def _link(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Link an object to the active collection, or to the scene collection if that one cannot be edited."""
+    collection = context.collection
+    if collection is None or not collection.is_editable or obj.name in collection.objects:
+        collection = context.scene.collection
+    collection.objects.link(obj)

@@ -1,0 +1,1 @@
+"""Pictures of takes: Workbench renders, contact sheets and short films."""

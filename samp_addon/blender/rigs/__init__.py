@@ -1,0 +1,1 @@
+"""Rigs other than SMPL-X: read them, map their bones and carry takes to them."""

@@ -1,0 +1,67 @@
+"""The artist's scene as a step's method sees it: only what the method needs is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ... import frames
+from ...methods import registry
+from ...methods.scene_view import SceneView
+from ...methods.step import Step
+from ...scene.geometry import SceneGeometry
+from ..character import armature
+from ..overlays import goal_arrows, waypoints
+from . import read_scene
+
+Place = tuple[np.ndarray, float | None]
+"""Floor position (3,) and yaw in radians, network frame."""
+
+
+def read_view(
+    context: bpy.types.Context,
+    step: Step,
+    geometry: SceneGeometry,
+    start: Place | None,
+    people: Sequence[bpy.types.Object],
+    first: bool,
+) -> SceneView:
+    """Return what a step's method needs of the scene.
+
+    geometry: of all furniture. start: where the character starts. people: characters, which are no furniture. first:
+    whether it is the job's first step, whose path passes the artist's way-points. Raise SampError where the target is
+    missing.
+    """
+    needs, found = registry.find(step.method).needs, {}
+    if step.target and "target" in needs:
+        target = read_scene.read_target(context, step.target, people)
+        found |= {"target": target.triangles, "parts": target.parts}
+        if "goals" in needs:
+            found["goals"] = goal_arrows.read_goals(context, target, step.action)
+    if step.to is not None and "destination" in needs:
+        found["destination"] = place(step.to)
+    if "start" in needs:
+        found["start"] = start
+    if first and "via" in needs:
+        found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
+    return SceneView(geometry, **found)
+
+
+def start_of(start: Sequence[float] | None, owner: bpy.types.Object | None) -> Place | None:
+    """Return where the character starts: as asked for, or where it stands, or None."""
+    if start is not None:
+        return place(start)
+    if owner is None:
+        return None
+    pelvis, yaw = armature.standing_place(owner)
+    rest = armature.calibrate(owner).rest_joints
+    return pelvis + [0.0, rest[:, 1].min(), 0.0], yaw
+
+
+def place(numbers: Sequence[float]) -> Place:
+    """Return the place of (x, y, z) or (x, y, z, yaw) in Blender's world, yaw in degrees."""
+    yaw = math.radians(numbers[3]) if len(numbers) > 3 else None
+    return frames.to_network(np.array(numbers[:3])), yaw

@@ -1,0 +1,1 @@
+"""Takes in a .blend file: bake, measure, report, list and export them."""

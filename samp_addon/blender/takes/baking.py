@@ -1,0 +1,205 @@
+"""A job from the artist's scene to finished Actions, for the operators and the batch alike.
+
+Three steps: `read` the scene; the driver makes the takes without Blender (pipeline/driver.py, in a thread if wanted);
+`write`. Until `write` nothing in the file has changed: a cancelled job leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
+
+import bpy
+
+from ... import frames
+from ...body import human
+from ...errors import SampError
+from ...evaluation.obstacles import Obstacles
+from ...methods import registry
+from ...methods.take import Failure, Take
+from ...pipeline import driver
+from ...pipeline.driver import Store, Toolbox, Work
+from ...pipeline.job import Job
+from ...progress import Progress
+from ...scene.geometry import SceneGeometry
+from ..actions import keyframes, notes, refine_action
+from ..character import armature, character
+from ..scene import preconditions, read_scene, read_view
+from ..thread_run import Slices, ThreadRun, run_to_completion
+from . import reporting
+from .rollback import Rollback
+
+MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
+A_MOMENT = 0.02  # seconds
+LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A job read from the scene. geometry: of all furniture, for the measures. owner: the armature that gets the
+    takes; None to make the default human."""
+
+    work: Work
+    geometry: SceneGeometry
+    owner: bpy.types.Object | None
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a job made. variants: the report's entries. actions: of the takes, in the same order."""
+
+    owner: bpy.types.Object
+    actions: list[bpy.types.Action]
+    variants: list[dict]
+    failures: list[Failure]
+
+
+def run(
+    context: bpy.types.Context,
+    job: Job,
+    progress: Progress = lambda stage, share: None,
+    tools: Toolbox | None = None,
+    new_character: bool = False,
+    store: Store | None = None,
+    on_take: Callable[[Take], None] = lambda take: None,
+) -> Result:
+    """Do the whole job. Raise SampError if not one take can be made, and whatever progress raises.
+
+    new_character: if none is named, make one even if one is there. store, on_take: see driver.run.
+    """
+    plan = read(context, job, new_character)
+    takes, failures = driver.run(plan.work, progress, tools, store, on_take)
+    return write(context, plan, takes, failures, progress)
+
+
+def begin(context: bpy.types.Context, job: Job, tools: Toolbox | None = None) -> ThreadRun:
+    """Start the job in a thread beside Blender's window, to be finished into a Result. Raise SampError where it cannot
+    be done."""
+    plan = read(context, job)
+    return ThreadRun(
+        lambda progress: driver.run(plan.work, progress, tools),
+        lambda context, made: in_slices(context, plan, *made),
+        plan.owner,
+    )
+
+
+def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
+    """Return all that the job needs of the scene. new_character: see `run`."""
+    owner = _owner(context, job, new_character)
+    # Characters move: where another one stands now is no obstacle.
+    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    geometry = read_scene.read_scene(context, people)
+    start = read_view.start_of(job.start, owner)
+    views = [
+        read_view.read_view(context, step, geometry, start, people, first=number == 0)
+        for number, step in enumerate(job.steps)
+    ]
+    preconditions.check(context, owner, views)
+    if not job.refine:
+        return Plan(Work(job, views), geometry, owner)
+    body = human.load() if owner is None else character.body_of(owner)
+    return Plan(Work(job, views, refine_action.surroundings(context, geometry), body), geometry, owner)
+
+
+def write(
+    context: bpy.types.Context,
+    plan: Plan,
+    takes: Sequence[Take],
+    failures: Sequence[Failure],
+    progress: Progress = lambda stage, share: None,
+) -> Result:
+    """Write a new Action for each take, the first one active; return it with the report's entries.
+
+    If anything goes wrong, what was made is removed again. Raise SampError where there is no take.
+    """
+    return run_to_completion(in_slices(context, plan, takes, failures), progress)
+
+
+def in_slices(
+    context: bpy.types.Context, plan: Plan, takes: Sequence[Take], failures: Sequence[Failure]
+) -> Slices:
+    """Do `write` a take at a time; closed before its end, it removes what it made."""
+    if not takes:
+        raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
+    preconditions.check_writable(context, plan.owner)
+    rollback = Rollback(context)
+    written, variants = [], []
+    obstacles, measured = Obstacles(plan.geometry.triangles), []
+    pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
+    try:
+        with rollback.recording():
+            owner = plan.owner or _new_character(context, takes[0])
+        body = character.body_of(owner)
+        for count, take in enumerate(takes):
+            yield "Writing keyframes", count / len(takes)
+            with rollback.recording():
+                action = keyframes.write_motion(
+                    owner,
+                    take.motion,
+                    _name(plan.work.job, take),
+                    context.scene.frame_start,
+                    context.scene,
+                    False,
+                )
+            written.append(action)
+            if take.goal is not None:
+                notes.write_goal(action, take.goal)
+            notes.write_ground(action, take.laid_ground)
+            shown = keyframes.read_motion(owner, action, scene=context.scene)
+            measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
+        for count, (take, action) in enumerate(zip(takes, written, strict=True)):
+            while not wait(measured[count : count + 1], A_MOMENT).done:
+                yield "Measuring", count / len(takes)
+            numbers = measured[count].result()
+            variants.append(reporting.entry(context, plan.work.job, take, action, owner, numbers))
+            before = None if take.refined is None else take.refined.before
+            notes.write_measures(action, numbers.numbers, before)
+    except BaseException:
+        rollback()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+    keyframes.activate_action(owner, written[0])
+    return Result(owner, written, variants, list(failures))
+
+
+def sentence(result: Result) -> str:
+    """Return the sentence that is reported after a job."""
+    names = ", ".join(f"'{variant['action_name']}'" for variant in result.variants)
+    last = max(variant["frame_end"] for variant in result.variants)
+    text = f"Baked {names} onto '{result.owner.name}', up to frame {last}."
+    if result.failures:
+        text += f" {len(result.failures)} failed: {result.failures[0].message}"
+    left = max(
+        (variant["refined"]["unsolved_cm"] for variant in result.variants if variant["refined"]), default=0
+    )
+    if left > refine_action.UNSOLVED * 100:
+        text += f" The body is still {left:.0f} cm deep in the scene somewhere."
+    return text
+
+
+def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
+    if job.character:
+        return armature.find(context, job.character)
+    if new_character or not any(armature.is_smplx(obj) for obj in context.scene.objects):
+        return None
+    selected = [obj for obj in context.selected_objects if armature.is_smplx(obj)]
+    return selected[0] if len(selected) == 1 else armature.find(context)
+
+
+def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
+    """Create the default human where the take starts."""
+    facing = take.motion.headings()[0]
+    location = frames.to_blender(take.floor_start)
+    return character.create_character(
+        context, location=tuple(location), yaw=float(frames.direction_yaw(facing))
+    )
+
+
+def _name(job: Job, take: Take) -> str:
+    """Return the name of a take's Action: what it does and on what, and its seed."""
+    words = [" ".join(word for word in (step.action, step.target) if word) for step in job.steps]
+    text = ", ".join(word for word in words if word) or registry.find(take.method).label
+    return f"{text[:LONGEST_NAME]} {take.seed}"

@@ -1,0 +1,120 @@
+"""Finishing of a raw rollout: its end exactly on the goal, locked feet, and the heights of its floor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .... import frames, rotation
+from ....easing import smoothstep
+from ....motion import Motion
+from ....refine.feet.foot_lock import lock_feet
+from ....vocabulary import ACTIONS, SEATED
+from ..route import Route
+from .resting import RestingTop
+from .seat_edge import SeatFront
+
+LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining error is removed
+SMOOTHING = 1.5  # frames at 30 fps
+MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; less is a high stool
+PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
+BUSY = 0.5  # weight of the action above which the character is sitting or lying
+
+
+def interaction_start(motion: Motion, action: str) -> int | None:
+    """Return the first frame of the last run in which the action has more than half the weight; None for walking."""
+    if action not in SEATED:
+        return None
+    busy = motion.actions[:, ACTIONS.index(action)] > BUSY
+    idle = np.flatnonzero(~busy)
+    return int(min(idle[-1] + 1, len(motion) - 1)) if len(idle) else 0
+
+
+def finish(
+    motion: Motion,
+    route: Route,
+    travelled: np.ndarray,
+    action: str,
+    front: SeatFront | None = None,
+    top: RestingTop | None = None,
+) -> Motion:
+    """Return the finished take: on its goal, feet locked, at the heights of its floor.
+
+    travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
+    final place of the pelvis. top: of the object that the body rests on.
+    """
+    motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
+    motion = settle_on_goal(motion, route.goals[-1], action)
+    if front is not None and motion.interaction_start is not None:
+        motion = sit_back(motion, route.goals[-1], front)
+    if top is not None and motion.interaction_start is not None:
+        motion = top.cleared(motion, route.goals[-1])
+    motion = lock_feet(motion)
+    heights = route.heights(motion.root[:, [0, 2]], travelled)
+    return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
+
+
+def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:
+    """Move the pelvis back by the seat's stand-off while it sinks, and the shins in front of the seat."""
+    back = -front.stand_off * goal[3:6]
+    motion = replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
+    return front.clear_shins(motion, np.concatenate([goal[:3] + back, goal[3:]]))
+
+
+def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:
+    """Return the motion without the network's jitter, under a Gaussian over time; sigma in frames."""
+    return motion.smoothed(sigma)
+
+
+def settle_on_goal(motion: Motion, goal: np.ndarray, action: str) -> Motion:
+    """Remove the remaining distance and turn to the goal, spread over the last stretch of the route.
+
+    goal: row of Route.goals. A seated pelvis ends on the goal's position, a standing one above it.
+    """
+    tail = slice(max(0, len(motion) - 15), None)
+    end = motion.root[tail].mean(0)
+    yaw = float(frames.direction_yaw(goal[3:6]))
+    turn = frames.wrap_angle(yaw - _mean_yaw(motion, tail))
+    missing = goal[:3] - end
+    if action not in SEATED:
+        missing[1] = 0.0
+    weight = _approach_weight(motion.root)
+    # The turn is about the pelvis, so that position and facing can be corrected separately.
+    q = rotation.about_y(weight * turn)
+    rotations = motion.rotations.copy()
+    rotations[:, 0] = rotation.multiply(q, rotations[:, 0])
+    lift = weight if motion.interaction_start is None else _lift_weight(motion)
+    offset = np.stack([weight * missing[0], lift * missing[1], weight * missing[2]], -1)
+    return replace(motion, root=motion.root + offset, rotations=rotations)
+
+
+def _approach_weight(root: np.ndarray) -> np.ndarray:
+    """Return weights (T,) that rise smoothly with the distance walked, 0 before the last stretch, 1 at its end."""
+    steps = np.linalg.norm(np.diff(root[:, [0, 2]], axis=0), axis=-1)
+    left = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
+    left = np.maximum(left - left[max(0, len(left) - 15)], 0.0)
+    return smoothstep(1 - left / LAST_STRETCH)
+
+
+def _lift_weight(motion: Motion) -> np.ndarray:
+    """Return weights (T,), 0 while standing and 1 seated, that follow the pelvis on its way down.
+
+    On a stool so high that the pelvis hardly sinks they follow time.
+    """
+    height = motion.root[:, 1]
+    low = height[-15:].mean()
+    high = np.percentile(height[: max(motion.interaction_start, 1)], 50)
+    if high - low < MIN_SINKING:
+        return smoothstep((np.arange(len(motion)) - motion.interaction_start + 15) / PERCHING)
+    weight = smoothstep((high - height) / (high - low))
+    weight[: max(motion.interaction_start - 15, 0)] = 0
+    return weight
+
+
+def _mean_yaw(motion: Motion, part: slice) -> float:
+    """Return the mean facing, radians, in some frames."""
+    positions, _ = replace(motion, root=motion.root[part], rotations=motion.rotations[part], contacts=None,
+                           actions=None).forward_kinematics()  # fmt: skip
+    across = positions[:, 1] - positions[:, 2] + positions[:, 16] - positions[:, 17]
+    return float(np.arctan2(-across[:, 2].mean(), across[:, 0].mean()))

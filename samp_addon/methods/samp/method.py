@@ -1,0 +1,106 @@
+"""SAMP as a method: target and action -> goal (GoalNet) -> path (navmesh, A*) -> motion (MotionNet); figure 2."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ...errors import SampError, UsageError
+from ...vocabulary import ACTIONS, SEATED
+from ..method import Draw, Option
+
+if TYPE_CHECKING:
+    from ...motion import Motion
+    from ...progress import Progress
+    from ..scene_view import SceneView
+    from ..step import Step
+    from ..take import Failure, Take
+    from .networks import Networks
+
+# Numpy, scipy and torch are imported when a take is generated: the panel asks for a method's name at every redraw.
+
+
+class Samp:
+    """Stochastic Scene-Aware Motion Prediction (Hassan et al. 2021).
+
+    networks: others than the trained ones.
+    """
+
+    name = "samp"
+    label = "SAMP"
+    description = "Walk to the target and sit, lie or stand there, frame by frame"
+    actions = ACTIONS
+    needs = frozenset({"geometry", "target", "start", "destination", "goals", "via"})
+    options: tuple[Option, ...] = ()
+    batch_size = 32
+
+    def __init__(self, networks: Networks | None = None) -> None:
+        self._networks = networks
+
+    def check(self, step: Step) -> None:
+        """Raise UsageError where the action's target or place is missing or is not for it."""
+        if step.action not in self.actions:
+            raise UsageError(f"There is no action '{step.action}'; choose one of {', '.join(self.actions)}.")
+        if step.action in SEATED and not step.target:
+            raise UsageError(f"Name what to {step.action} on with --target.")
+        if step.action in ("walk", "run") and not step.target and step.to is None:
+            raise UsageError(f"Say where to {step.action} with --to X Y Z [YAW] or --target.")
+        if step.action in SEATED and step.to is not None:
+            raise UsageError(f"--to is for walk and run; to {step.action}, name a --target.")
+
+    def load(self) -> None:
+        """Import torch and the rollout."""
+        self._tools()
+
+    def generate(
+        self, step: Step, scene: SceneView, draws: Sequence[Draw], progress: Progress
+    ) -> tuple[list[Take], list[Failure]]:
+        """Return a take for each draw, rolled out as one batch, and the failures; see Method.generate."""
+        from ...clock import Clock
+        from ...progress import StageProgress
+        from ..take import Failure
+        from .planning import Planner
+
+        clock = Clock()
+        progress("Loading", 0.0)
+        with clock.stage("load"):
+            networks = self._tools()
+        progress("Finding the floor", 0.0)
+        with clock.stage("navmesh"):
+            planner = Planner(step, scene, networks.sample_goals, scene.navmesh)
+        requests, reasons = {}, {}
+        for draw in draws:
+            progress("Choosing a place", 0.0)
+            try:
+                requests[draw.seed] = planner.request(draw, clock)
+            except SampError as error:
+                reasons[draw.seed] = str(error)
+        with clock.stage("rollout"):
+            motions = networks.generate(list(requests.values()), StageProgress(progress, "Moving"))
+        takes = []
+        for (seed, request), motion in zip(requests.items(), motions, strict=True):
+            if isinstance(motion, SampError):
+                reasons[seed] = str(motion)
+            else:
+                takes.append(planner.take(seed, request, _paced(motion, step.speed)))
+        takes = [replace(take, method=self.name, seconds=clock.seconds) for take in takes]
+        return takes, [Failure(seed, reason) for seed, reason in reasons.items()]
+
+    def _tools(self) -> Networks:
+        return self._networks or trained_networks()
+
+
+def trained_networks() -> Networks:
+    """Return the trained networks. Imports torch."""
+    from . import networks
+
+    return networks.trained()
+
+
+def _paced(motion: Motion, speed: float) -> Motion:
+    """Return the motion faster or slower by a factor, at the same frame rate."""
+    return motion if speed == 1 else replace(motion, fps=motion.fps * speed).resampled(motion.fps)
+
+
+METHOD = Samp()

@@ -1,0 +1,164 @@
+"""What MotionNet is asked for: a goal on the target, and a path to it (SAMP, sections 3.2 and 3.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...body import human
+from ...clock import Clock
+from ...errors import SampError
+from ...frames import yaw_direction
+from ...motion import Goal, Motion
+from ...scene.distance import solids
+from ...scene.geometry import extent
+from ...scene.navmesh import navmesh as navigation
+from ...scene.navmesh import path as paths
+from ...scene.seats.seats import infer_front_yaw
+from ...vocabulary import SEATED
+from ..method import Draw
+from ..scene_view import SceneView
+from ..step import Step
+from ..take import Take
+from .request import Request
+
+START_DISTANCE = (1.5, 3.5)
+"""Metres from the goal at which a free start is looked for."""
+
+SURROUNDINGS = 1.0
+"""Metres around a target in which other things can obstruct a seated body."""
+
+STAND_OFF = 0.5
+"""Metres between an object and a character that stands in front of it."""
+
+
+def standing_height() -> float:
+    """Return the metres from the floor to the pelvis joint of the default human on straight legs."""
+    return -human.load().floor
+
+
+@dataclass(frozen=True)
+class Planner:
+    """Requests for the takes of one step. sample_goals: GoalNet, see networks.py."""
+
+    step: Step
+    scene: SceneView
+    sample_goals: Callable[..., Sequence[Goal]]
+    mesh: navigation.NavMesh
+
+    def request(self, draw: Draw, clock: Clock) -> Request:
+        """Return a place on the target and a path there. Raise SampError where there is none."""
+        before = self.scene.after.get(draw.seed)
+        rng = np.random.default_rng(draw.noise)
+        seated = self.step.action in SEATED
+        with clock.stage("goal"):
+            goal = self._seat(draw.noise) if seated else self._standing_goal(rng, before)
+        with clock.stage("path"):
+            start, yaw = self._start(goal.position, rng) if before is None else before.exit
+            waypoints = self._path(start, goal)
+            if not seated:
+                # A destination inside an obstacle is snapped to the nearest walkable point.
+                goal = replace(goal, position=waypoints[-1])
+            goal = _with_direction(goal, waypoints, yaw)
+        return Request(
+            start_position=waypoints[0] if before is None else before.below_end,
+            start_yaw=yaw,
+            action=self.step.action,
+            goal=goal,
+            waypoints=waypoints,
+            object_triangles=self.scene.target if seated else None,
+            object_yaw=self._front if seated else 0.0,
+            seed=draw.noise,
+            hold_seconds=self.step.hold * self.step.speed,
+            style=self.step.style,
+            after=None if before is None else before.motion,
+        )
+
+    def take(self, seed: int, request: Request, motion: Motion) -> Take:
+        """Return the take of a request's motion; the goal of a walk is raised to the standing pelvis."""
+        goal = request.goal
+        if self.step.action not in SEATED:
+            goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
+        return Take(seed, motion, goal=goal, waypoints=request.waypoints, laid_ground=self.mesh.laid_ground)
+
+    def _path(self, start: np.ndarray, goal: Goal) -> np.ndarray:
+        """Return way-points (N, 3) from the start past the artist's places to the goal. Raise SampError."""
+        legs = []
+        for place in self.scene.via:
+            legs.append(paths.plan(self.mesh, start, place).waypoints)
+            start = legs[-1][-1]
+        if self.step.action in SEATED:
+            last = paths.plan_to_goal(self.mesh, start, goal)
+        else:
+            last = paths.plan(self.mesh, start, goal.position)
+        # Each leg begins where the one before it ended.
+        return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints])
+
+    @cached_property
+    def _front(self) -> float:
+        return infer_front_yaw(self.scene.target)
+
+    def _start(self, goal: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+        """Return where the character starts, on the floor, and its yaw."""
+        if self.scene.start is None:
+            return navigation.free_place(self.mesh, goal, START_DISTANCE, rng)
+        place, yaw = self.scene.start
+        return place, yaw
+
+    def _seat(self, noise: int) -> Goal:
+        """Return where on the target the pelvis ends: the artist's goals by turns, else GoalNet's."""
+        step, chosen = self.step, [goal for goal in self.scene.goals if goal.action == self.step.action]
+        found = chosen[noise % len(chosen) :] if chosen else []
+        found = found or self._sampled(noise)
+        if not found:
+            raise SampError(f"There is no place to {step.action} on '{step.target}'; choose another object.")
+        return found[0]
+
+    def _sampled(self, noise: int) -> Sequence[Goal]:
+        return self.sample_goals(self.scene.target, self.step.action, 1, noise, self._surroundings)
+
+    @cached_property
+    def _surroundings(self) -> np.ndarray:
+        """Triangles (F, 3, 3) of what else stands within reach of the target."""
+        target, others = self.scene.target, self.scene.geometry.without(self.scene.parts)
+        low, high = extent(target)
+        return solids.overlapping_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
+
+    def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
+        """Return a place on the floor; its direction is zero where none is asked for."""
+        scene, action = self.scene, self.step.action
+        if scene.destination is not None:
+            position, yaw = scene.destination
+            return Goal(position, np.zeros(3) if yaw is None else yaw_direction(yaw), action)
+        if scene.target is not None:
+            return self._in_front(scene.target)
+        place, yaw = self._start(self.mesh.points.mean(0), rng) if before is None else before.exit
+        return Goal(self.mesh.ground.points(np.array(self.mesh.nearest(place))), yaw_direction(yaw), action)
+
+    def _in_front(self, triangles: np.ndarray) -> Goal:
+        """Return a place to stand in front of an object, facing it."""
+        low, high = extent(triangles)
+        middle = (low + high) / 2
+        out = yaw_direction(self._front)
+        reach = float(np.abs(out) @ (high - low)) / 2 + STAND_OFF
+        wanted = np.array([middle[0], low[1], middle[2]]) + out * reach
+        position = self.mesh.ground.points(np.array(self.mesh.nearest(wanted)))
+        return Goal(position, _horizontal(middle - position), self.step.action)
+
+
+def _with_direction(goal: Goal, waypoints: np.ndarray, yaw: float) -> Goal:
+    """Return the goal with a direction: its own, else the one in which its path ends."""
+    if np.any(goal.direction):
+        return goal
+    steps = _horizontal(waypoints[-1] - waypoints[-2]) if len(waypoints) > 1 else np.zeros(3)
+    return replace(goal, direction=steps if steps.any() else yaw_direction(yaw))
+
+
+def _horizontal(vector: np.ndarray) -> np.ndarray:
+    """Return the horizontal part (3,) at length 1; zero where there is none."""
+    flat = vector * [1.0, 0.0, 1.0]
+    length = np.linalg.norm(flat)
+    return flat / length if length > 1e-6 else np.zeros(3)

@@ -1,0 +1,34 @@
+"""The request for one take of SAMP."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...motion import Goal, Motion
+
+
+@dataclass(frozen=True)
+class Request:
+    """Request for one take; network frame, metres, radians.
+
+    start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of vocabulary.ACTIONS.
+    goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
+    from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
+    seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the
+    noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it the character stands at
+    the start.
+    """
+
+    start_position: np.ndarray
+    start_yaw: float
+    action: str
+    goal: Goal
+    waypoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    object_triangles: np.ndarray | None = None
+    object_yaw: float = 0.0
+    seed: int = 0
+    hold_seconds: float = 2.0
+    style: float = 0.1
+    after: Motion | None = None

@@ -1,0 +1,1 @@
+"""The rollout of MotionNet: batches of takes, steered along their routes."""

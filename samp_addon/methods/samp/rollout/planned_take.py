@@ -1,0 +1,109 @@
+"""Takes before their rollout: the route of each, its start pose, and the object that it is about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....scene.geometry import sample_surface
+from ....scene.voxels import InteractionGrid
+from ....vocabulary import SEATED
+from ..finishing.resting import RestingTop
+from ..finishing.seat_edge import SeatFront
+from ..request import Request
+from ..route import Route
+
+if TYPE_CHECKING:
+    from ..load_networks import MotionNetwork
+    from .rollout import Rollout
+
+SURFACE_SAMPLES = 60_000  # points on an object that is sat or lain on
+
+
+@dataclass(frozen=True)
+class PlannedTake:
+    """A take before its rollout. front, top: of its object, or None where it has none."""
+
+    request: Request
+    route: Route
+    front: SeatFront | None = None
+    top: RestingTop | None = None
+
+
+def plan_takes(requests: Sequence[Request]) -> list[PlannedTake]:
+    """Plan one take for each request; the surface of each object is sampled once."""
+    surfaces: dict[int, np.ndarray] = {}
+    takes = []
+    for request in requests:
+        points = None
+        if request.action in SEATED and request.object_triangles is not None:
+            key = id(request.object_triangles)
+            if key not in surfaces:
+                surfaces[key] = sample_surface(request.object_triangles, SURFACE_SAMPLES, seed=0)[0]
+            points = surfaces[key]
+        takes.append(_plan(request, points))
+    return takes
+
+
+def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollout:
+    """Return the rollout of the takes at their starts."""
+    import torch
+
+    from .rollout import Rollout
+    from .start import Start
+
+    net, heights, poses = network
+    starts = []
+    for take in takes:
+        request = take.request
+        if request.after is not None:
+            starts.append(Start.after(request.after, float(take.route.points[0][1])))
+            continue
+        pick = request.seed % len(heights)
+        root = np.array([*request.start_position[[0, 2]], request.start_yaw])
+        starts.append(Start.standing(float(heights[pick]), poses[pick].double().numpy(), root))
+    centres, occupancy = _objects(takes)
+    tensor = lambda values: torch.as_tensor(np.asarray(values), dtype=torch.float32)
+    return Rollout(
+        net, starts, tensor(centres), tensor(occupancy),
+        [take.request.seed for take in takes], tensor([[take.request.style] for take in takes]),
+    )  # fmt: skip
+
+
+def _plan(request: Request, points: np.ndarray | None) -> PlannedTake:
+    """Plan one take; the goal on a deep seat is moved forward, see seat_edge.py.
+
+    points: (N, 3) on the surface of its object, or None.
+    """
+    goal, front, top = request.goal, None, None
+    if points is not None:
+        floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
+        top = RestingTop.of(points, goal, floor)
+        if request.action == "sit":
+            front = SeatFront.of(points, goal, floor)
+            goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
+    route = Route(request.start_position, request.waypoints, goal, request.action)
+    return PlannedTake(request, route, front=front, top=top)
+
+
+def _objects(takes: Sequence[PlannedTake]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cell centres (B, 512, 3) over a floor at height 0, and the occupancy (B, 512), of the objects.
+
+    Both are zero where a take has no object.
+    """
+    centres, occupancy = np.zeros((len(takes), 512, 3)), np.zeros((len(takes), 512))
+    grids: dict[tuple[int, float], InteractionGrid] = {}
+    for k, take in enumerate(takes):
+        request = take.request
+        if request.object_triangles is None or request.action not in SEATED:
+            continue
+        key = id(request.object_triangles), request.object_yaw
+        if key not in grids:
+            grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
+        moved = (take.front.stand_off if take.front else 0.0) * np.asarray(request.goal.direction)
+        centres[k] = grids[key].centres + moved - np.array([0.0, take.route.points[-1][1], 0.0])
+        occupancy[k] = grids[key].occupancy
+    return centres, occupancy

@@ -1,0 +1,47 @@
+"""What a method knows of the artist's scene for one step. Network frame, metres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from ..motion import Goal
+from ..scene.geometry import SceneGeometry, extent
+from ..scene.navmesh import navmesh as navigation
+from .take import Take
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """The scene as one step sees it; a method's `needs` names the fields that are filled in.
+
+    geometry: all triangles, the target's too, characters' not. target: (F, 3, 3) of what the action is about, or None.
+    parts: names of the target's objects in `geometry`. start: floor position (3,) and yaw in radians, or None for a
+    free place. destination: floor position (3,) and yaw or None. goals: places on the target that the artist has
+    chosen. via: floor positions (3,) that the path passes, in order. after: by seed, the takes that these go on from;
+    `start` counts for nothing then.
+    """
+
+    geometry: SceneGeometry
+    target: np.ndarray | None = None
+    parts: Sequence[str] = ()
+    start: tuple[np.ndarray, float] | None = None
+    destination: tuple[np.ndarray, float | None] | None = None
+    goals: Sequence[Goal] = ()
+    via: Sequence[np.ndarray] = ()
+    after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
+
+    @cached_property
+    def navmesh(self) -> navigation.NavMesh:
+        """The walkable ground, around all places that this step is about."""
+        places = [goal.position for goal in self.goals] + [take.floor_end for take in self.after.values()]
+        for place in (self.start, self.destination):
+            if place is not None:
+                places.append(place[0])
+        if self.target is not None:
+            places += extent(self.target)
+        return navigation.build(self.geometry.triangles, cover=np.array(places).reshape(-1, 3))

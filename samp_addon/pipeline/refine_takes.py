@@ -1,0 +1,39 @@
+"""A finished take refined for the body that will show it. Without Blender; network frame, metres."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from ..body import proportions
+from ..body.human import Human
+from ..errors import SampError
+from ..methods.take import Failure, Take
+from ..progress import Progress, SubProgress, show
+from ..refine.refinement import Refined, Surroundings
+
+STAGE = "Refining"
+
+Refine = Callable[..., Refined]
+"""As refine.refinement.refine."""
+
+
+def refine_take(
+    take: Take, surroundings: Surroundings, body: Human, refine: Refine, progress: Progress
+) -> tuple[Take, Failure | None]:
+    """Return the take refined, or as it was with the reason why it is not. Raise what the progress callback raises."""
+    part = SubProgress(progress, stage=STAGE)
+    part(STAGE, 0.0)
+    show(progress, take.motion)
+    begun = time.perf_counter()
+    # A ground that was assumed under a scene without a floor has no triangles; all other floors have.
+    around = replace(surroundings, floor=take.laid_ground)
+    try:
+        # A body of other proportions than the networks' touches other things.
+        motion = proportions.adapt(take.motion, body.joints)
+        result = refine(motion, around, take.goal, body, None, part)
+    except SampError as error:
+        return take, Failure(take.seed, f"The take is not refined: {error}")
+    seconds = take.seconds | {"refine": time.perf_counter() - begun}
+    return replace(take, motion=result.motion, refined=result, seconds=seconds), None

@@ -1,0 +1,94 @@
+"""Several actions in a row as one take: each step begins where the one before it ended.
+
+Sit, stand up, walk to the window: every step has a goal, a path and a motion of its own, by any method, and begins
+with the pose and the velocities in which the last one ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .. import rotation
+from ..clock import Clock
+from ..easing import smoothstep
+from ..methods.method import Method
+from ..methods.scene_view import SceneView
+from ..methods.step import Step
+from ..methods.take import Failure, Take
+from ..motion import Motion
+from ..progress import Progress, SubProgress
+from . import attempts
+
+FADE = 12
+"""Frames in which the offset at a joint between two steps fades out."""
+
+
+def generate(
+    steps: Sequence[tuple[Method, Step, SceneView]], seeds: Sequence[int], progress: Progress
+) -> tuple[list[Take], list[Failure]]:
+    """Return takes that do all the steps, one for each seed, and why the other seeds have none.
+
+    A take's goal and interaction are the last step's; its `steps` are the single ones.
+    """
+    if len(steps) == 1:
+        return attempts.generate(*steps[0], seeds, progress)
+    done: dict[int, list[Take]] = {seed: [] for seed in seeds}
+    failures: list[Failure] = []
+    for number, (method, step, scene) in enumerate(steps):
+        part = SubProgress(progress, number / len(steps), 1 / len(steps))
+        view = replace(scene, after={seed: takes[-1] for seed, takes in done.items() if takes})
+        takes, failed = attempts.generate(method, step, view, list(done), part)
+        failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]
+        done = {take.seed: [*done[take.seed], take] for take in takes}
+        if not done:
+            break
+    return [joined(takes) for takes in done.values()], failures
+
+
+def joined(takes: Sequence[Take]) -> Take:
+    """Return one take made of the steps of one seed."""
+    motion, clock = takes[0].motion, Clock()
+    for take in takes[1:]:
+        motion = _append(motion, take.motion)
+    for take in takes:
+        clock.add(take.seconds)
+    paths = [take.waypoints for take in takes if take.waypoints is not None]
+    starts = np.cumsum([0, *(len(take.motion) for take in takes)])
+    sub_goals = [
+        replace(place, frame=place.frame + int(start))
+        for take, start in zip(takes, starts, strict=False)
+        for place in take.sub_goals or ()
+    ]
+    return replace(
+        takes[-1],
+        motion=motion,
+        waypoints=np.concatenate(paths) if paths else None,
+        sub_goals=tuple(sub_goals) or None,
+        seconds=clock.seconds,
+        attempts=max(take.attempts for take in takes),
+        steps=tuple(takes),
+    )
+
+
+def _append(first: Motion, second: Motion) -> Motion:
+    """Return both motions in a row; the offset of the second at the join fades out."""
+    weight = smoothstep(1 - np.arange(len(second)) / FADE)
+    ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
+    root = second.root + weight[:, None] * (ahead - second.root[0])
+    offset = rotation.multiply(first.rotations[-1], rotation.conjugate(second.rotations[0]))
+    still = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), second.rotations.shape)
+    fading = rotation.slerp(still, np.broadcast_to(offset, second.rotations.shape), weight[:, None])
+    rotations = np.concatenate([first.rotations, rotation.multiply(fading, second.rotations)])
+    both = lambda a, b: None if a is None or b is None else np.concatenate([a, b])
+    begun = second.interaction_start
+    return replace(
+        first,
+        root=np.concatenate([first.root, root]),
+        rotations=rotation.continuous(rotations),
+        contacts=both(first.contacts, second.contacts),
+        actions=both(first.actions, second.actions),
+        interaction_start=None if begun is None else begun + len(first),
+    )

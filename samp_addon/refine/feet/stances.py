@@ -1,0 +1,140 @@
+"""Stances: which foot stands, and from which frame to which. Network frame, metres.
+
+With contact labels a foot stands where its label says so and its ball is slow. Without them it stands where its sole
+is slow, upright and near the ground (Long-term motion, section 3.4: the nearer foot between two frames is the stable
+one).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from ..runs import runs
+
+# Stances by contact labels.
+UNLOCK_RADIUS = 0.12  # metres of drift within a stance that count as a step
+SWING_SPEED = 0.45  # m/s: a faster foot is in the air, whatever its label says
+STEP_TIME = 0.3  # seconds of a step between two stances of one contact run
+
+# Stances by geometry. Without labels, drift and speed are judged more strictly.
+NEAR_GROUND = 0.05  # metres from the ground within which a sole can stand
+RISEN = 0.01  # metres over the stance's usual height at which the sole has left the ground
+SLOW = 0.40  # m/s of the sole
+STEPPED = 0.10  # metres of drift within a stance that count as a step
+FLAT = 0.035  # metres by which the heights of heel and ball of a flat foot differ
+UPRIGHT = 0.75  # cosine between the foot's up axis and the vertical
+SHORTEST = 4  # frames at 30 fps
+BRIDGED = 12  # frames at 30 fps: longest gap between the stances of both feet that is closed
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A foot that stands from frame ``first`` up to, but not including, ``last``.
+
+    flat: the part of it, likewise, with heel and ball on the ground, or None.
+    """
+
+    first: int
+    last: int
+    flat: tuple[int, int] | None = None
+
+
+def from_contacts(ball: np.ndarray, contact: np.ndarray, fps: float) -> list[Stance]:
+    """Return the stances of a foot by its contact labels.
+
+    ball: (T, 3) of the ball joint. contact: (T,) flags.
+    """
+    if len(ball) < 2:
+        return []
+    slow = _smoothed_speed(ball[:, [0, 2]], fps) < SWING_SPEED
+    free = max(1, round(STEP_TIME * fps / 2))
+    return [
+        Stance(*span)
+        for first, last in runs(contact & slow)
+        for span in _split(ball, first, last, radius=UNLOCK_RADIUS, free=free, shortest=3)
+    ]
+
+
+def from_ground(
+    ends: Sequence[np.ndarray], heights: Sequence[np.ndarray], up: np.ndarray, fps: float
+) -> list[Stance]:
+    """Return the stances of a foot by the ground under it.
+
+    ends: heel and ball of the sole, (T, 3) each. heights: of both over the ground, (T,) each, NaN where there is no
+    ground. up: (T,) cosines between the foot's up axis and the vertical.
+    """
+    if len(up) < 2:
+        return []
+    speed = np.min([_smoothed_speed(end, fps) for end in ends], axis=0)
+    low = np.nanmin(np.nan_to_num(np.abs(heights), nan=1.0), axis=0)
+    shortest = max(2, round(SHORTEST * fps / 30))
+    found = []
+    for first, last in runs((low < NEAR_GROUND) & (speed < SLOW) & (up > UPRIGHT), shortest, 2):
+        down = np.flatnonzero(low[first:last] < np.percentile(low[first:last], 20) + RISEN)
+        start, stop = first + down[0], first + down[-1] + 1
+        found += _split(ends[1], start, stop, radius=STEPPED, free=shortest, shortest=shortest)
+    return [Stance(first, last, _flat_part(heights, first, last)) for first, last in found]
+
+
+def bridge(feet: Sequence[Sequence[Stance]], supported: np.ndarray, fps: float) -> list[list[Stance]]:
+    """Return the stances of both feet, extended over short gaps in which neither stands but the body is supported.
+
+    While walking there is always a foot on the ground. supported: (T,) flags.
+    """
+    longest = round(BRIDGED * fps / 30)
+    order = sorted(
+        (stance.first, stance.last, side, k) for side in (0, 1) for k, stance in enumerate(feet[side])
+    )
+    feet = [list(stances) for stances in feet]
+    until, latest = None, None
+    for first, last, side, k in order:
+        gap = 0 if until is None else first - until
+        if 0 < gap <= longest and latest[0] != side and supported[until:first].mean() > 0.5:
+            half = until + (gap + 1) // 2
+            feet[latest[0]][latest[1]] = replace(feet[latest[0]][latest[1]], last=half)
+            feet[side][k] = replace(feet[side][k], first=half)
+        if until is None or last > until:
+            until, latest = last, (side, k)
+    return feet
+
+
+def _smoothed_speed(points: np.ndarray, fps: float) -> np.ndarray:
+    """Return the speed (T,), m/s, of points (T, D), averaged over three frames."""
+    speed = np.linalg.norm(np.gradient(points, 1 / fps, axis=0), axis=-1)
+    return uniform_filter1d(speed, 3, mode="nearest")
+
+
+def _split(
+    ball: np.ndarray, first: int, last: int, *, radius: float, free: int, shortest: int
+) -> list[tuple[int, int]]:
+    """Split a stance (first, last) where its ball (T, 3) drifts farther than ``radius`` from its mean so far.
+
+    ``free`` frames before and after each split belong to no stance: there the foot moves from one to the next.
+    """
+    out = []
+    places = ball[first:last, [0, 2]].tolist()
+    start, x, z = first, 0.0, 0.0  # sums since the start of the present stance
+    for t, place in enumerate(places, start=first):
+        count = t - start
+        if count > 0 and math.hypot(place[0] - x / count, place[1] - z / count) > radius:
+            out.append((start, t - free))
+            start, x, z = t + free, 0.0, 0.0
+        if t >= start:
+            x, z = x + place[0], z + place[1]
+    return [(a, b) for a, b in [*out, (start, last)] if b - a >= shortest]
+
+
+def _flat_part(heights: Sequence[np.ndarray], first: int, last: int) -> tuple[int, int] | None:
+    """Return the longest part of a stance with heel and ball on the ground."""
+    heel, ball = (np.nan_to_num(height[first:last], nan=1.0) for height in heights)
+    flat = (np.abs(heel - ball) < FLAT) & (np.maximum(heel, ball) < NEAR_GROUND)
+    found = runs(flat, 2, 1)
+    if not found:
+        return None
+    a, b = max(found, key=lambda run: run[1] - run[0])
+    return first + a, first + b

@@ -1,0 +1,1 @@
+"""Inside, outside and distance: solid cells, exact surface distances and signed distance fields."""

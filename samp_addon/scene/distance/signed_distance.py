@@ -1,0 +1,182 @@
+"""Signed distance of an artist's scene: metres to the nearest surface, negative inside solids.
+
+The sign is that of the winding number, estimated from signed crossings along the six axis directions (solids.py) after
+faces are oriented outwards (orientation.py). Distances are exact at the corners of cells and linear in between; faces
+inside the union of all solids, as where a crate stands on the floor, are ignored. Blocks of cells are computed when
+first queried, and a scene's blocks are cached. Network frame.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from ..geometry import MINIMUM_AREA, areas, extent
+from .orientation import orient_outward
+from .solids import BoxedTriangles, Surface, free_counts, solid_cells
+
+CELL = 0.02
+BLOCK = 8
+"""Cells along the edge of a block: 16 cm."""
+
+BAND = 0.12
+"""Metres. Distances outside of solids are clipped to this."""
+
+TILE = 8
+"""Blocks along the edge of a tile, whose cells are classified as inside or outside together."""
+
+PAD = 12
+"""Cells around a tile that are considered when the nearest outside cell is searched."""
+
+CACHED = 4
+"""Number of scenes in the cache."""
+
+_cache: OrderedDict[tuple, SignedDistance] = OrderedDict()
+
+
+def cached_field(triangles: np.ndarray, free: np.ndarray, floor: float | None = None) -> SignedDistance:
+    """Return the distance field of triangles (F, 3, 3), from the cache for triangles that were queried before.
+
+    free: (N, 3) points most of which are outside all solids, see solids.free_counts. floor: height below which
+    everything is solid, or None.
+    """
+    triangles = np.ascontiguousarray(triangles, dtype=np.float64)
+    digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
+    oriented = next((field.triangles for key, field in _cache.items() if key[0] == digest), None)
+    if oriented is None:
+        oriented = orient_outward(triangles)
+    outside = tuple(free_counts(BoxedTriangles.of(oriented), free)) if len(oriented) else ()
+    key = digest, outside, floor
+    if key not in _cache:
+        _cache[key] = SignedDistance(oriented, outside, floor)
+    _cache.move_to_end(key)
+    while len(_cache) > CACHED:
+        _cache.popitem(last=False)
+    return _cache[key]
+
+
+class SignedDistance:
+    """A distance field in blocks of (BLOCK + 1)^3 corner values, computed when first queried."""
+
+    def __init__(self, triangles: np.ndarray, outside: tuple[int, ...], floor: float | None = None) -> None:
+        """triangles: (F, 3, 3) facing outwards. outside: result of solids.free_counts. floor: see cached_field."""
+        self.triangles, self._outside, self._floor = triangles, list(outside), floor
+        self._empty = len(triangles) == 0 or float(areas(triangles).sum()) < MINIMUM_AREA
+        if self._empty:
+            return
+        self._scene = BoxedTriangles.of(triangles)
+        low, high = extent(triangles)
+        low, high = low - 2 * BAND, high + 2 * BAND
+        self._low = np.floor(low / (CELL * BLOCK)) * (CELL * BLOCK)
+        self._shape = np.ceil((high - self._low) / (CELL * BLOCK)).astype(int) + 1
+        self._number = np.zeros(self._shape, np.int32)  # index of each block's values; 0: not computed
+        self._values = np.full((1, *[BLOCK + 1] * 3), BAND, np.float32)
+        self._surface = Surface(triangles)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of all blocks."""
+        return 0 if self._empty else self._values.nbytes + self._number.nbytes
+
+    def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return distances (N,) of points (N, 3) in metres, at most BAND, and their gradients (N, 3)."""
+        points = np.asarray(points, dtype=np.float64)
+        distance, slope = np.full(len(points), BAND), np.zeros((len(points), 3))
+        if self._empty or len(points) == 0:
+            return distance, slope
+        at = (points - self._low) / (CELL * BLOCK)
+        block = np.floor(at).astype(int)
+        some = np.flatnonzero(((block >= 0) & (block < self._shape)).all(-1))
+        if len(some) == 0:
+            return distance, slope
+        block = block[some]
+        self._make(block)
+        number = self._number[tuple(block.T)]
+        local = (at[some] - block) * BLOCK
+        cell = np.minimum(local.astype(int), BLOCK - 1)
+        distance[some], slope[some] = _trilinear(self._values, number, cell, local - cell)
+        return distance, slope
+
+    def _make(self, blocks: np.ndarray) -> None:
+        """Compute those of the blocks (N, 3) that are missing, tile by tile."""
+        flat = np.unique(np.ravel_multi_index(tuple(blocks.T), self._shape))
+        flat = flat[self._number.reshape(-1)[flat] == 0]
+        if len(flat) == 0:
+            return
+        wanted = np.stack(np.unravel_index(flat, self._shape), -1)
+        _, tile = np.unique(wanted // TILE, axis=0, return_inverse=True)
+        tile = tile.reshape(-1)
+        values = []
+        for number in range(int(tile.max()) + 1):
+            values.append(self._tile(wanted[tile == number]))
+        first = len(self._values)
+        order = np.concatenate([np.flatnonzero(tile == number) for number in range(int(tile.max()) + 1)])
+        self._number.reshape(-1)[flat[order]] = first + np.arange(len(flat))
+        self._values = np.concatenate([self._values, *values])
+
+    def _tile(self, blocks: np.ndarray) -> np.ndarray:
+        """Compute values (N, 9, 9, 9) of blocks (N, 3) of one tile."""
+        steps = np.stack(np.meshgrid(*[np.arange(BLOCK + 1)] * 3, indexing="ij"), -1)
+        corner = (blocks.min(0) * BLOCK) * CELL + self._low
+        local = ((blocks - blocks.min(0)) * BLOCK)[:, None, None, None] + steps
+        local = local.reshape(-1, 3)
+        solid = self._solid(corner - PAD * CELL, local.max(0) + 1 + 2 * PAD)
+        inside = solid[tuple((local + PAD).T)]
+        points = corner + local * CELL
+        near = np.flatnonzero(inside | self._surface.candidates(points, BAND))
+        distance = np.full(len(points), BAND)
+        distance[near] = np.minimum(
+            self._surface.nearest(points[near])[0], np.where(inside[near], np.inf, BAND)
+        )
+        if self._floor is not None:
+            distance = np.minimum(distance, np.abs(points[:, 1] - self._floor))
+        if inside.any() and not solid.all():
+            distance[inside] = _without_hidden_faces(solid, (local + PAD)[inside], distance[inside])
+        return np.where(inside, -distance, distance).reshape(len(blocks), *[BLOCK + 1] * 3).astype(np.float32)
+
+    def _solid(self, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
+        """Flag the cell corners (X, Y, Z), starting at low (3,), that are inside a solid or below the floor."""
+        solid = solid_cells(self._scene, low - CELL / 2, shape, self._outside, CELL)
+        if self._floor is not None:
+            under = low[1] + np.arange(shape[1]) * CELL < self._floor - CELL / 1000
+            solid = solid | under[None, :, None]
+        return solid
+
+
+def _without_hidden_faces(solid: np.ndarray, at: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Replace distances (N,) of solid cell corners (N, 3) that refer to faces inside the union of all solids."""
+    low, high = np.maximum(at.min(0) - PAD, 0), at.max(0) + PAD + 1
+    part = solid[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+    if part.all():
+        return distance
+    away = distance_transform_edt(part)[tuple((at - low).T)] * CELL
+    return np.where(distance < away - 1.75 * CELL, away - CELL / 2, distance)
+
+
+def _trilinear(
+    values: np.ndarray, number: np.ndarray, cell: np.ndarray, share: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Interpolate values (N,) and gradients (N, 3), per metre, in cells (N, 3) of blocks (N,).
+
+    share: (N, 3) position inside the cell, from 0 to 1.
+    """
+    side = BLOCK + 1
+    base = ((number * side + cell[:, 0]) * side + cell[:, 1]) * side + cell[:, 2]
+    flat = values.reshape(-1)
+    corner = {
+        (i, j, k): flat[base + (i * side + j) * side + k] for i in (0, 1) for j in (0, 1) for k in (0, 1)
+    }
+    x, y, z = share.T
+    along_z = {(i, j): corner[i, j, 0] * (1 - z) + corner[i, j, 1] * z for i in (0, 1) for j in (0, 1)}
+    along_y = {i: along_z[i, 0] * (1 - y) + along_z[i, 1] * y for i in (0, 1)}
+    result = along_y[0] * (1 - x) + along_y[1] * x
+    dz = {
+        i: (corner[i, 0, 1] - corner[i, 0, 0]) * (1 - y) + (corner[i, 1, 1] - corner[i, 1, 0]) * y
+        for i in (0, 1)
+    }
+    dy = {i: along_z[i, 1] - along_z[i, 0] for i in (0, 1)}
+    slope = np.stack([along_y[1] - along_y[0], dy[0] * (1 - x) + dy[1] * x, dz[0] * (1 - x) + dz[1] * x], -1)
+    return result, slope / CELL

@@ -1,0 +1,1 @@
+"""Way finding: the walkable surface as convex polygons, and paths over it."""

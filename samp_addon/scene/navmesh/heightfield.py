@@ -1,0 +1,178 @@
+"""Rasterise triangles to columns of solid cells, and find the places in each column where a character can stand.
+
+Network frame, metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import geometry
+from . import lattice
+
+DENSEST_GRID = 64_000_000
+"""Cells of the largest grid that is processed as one dense array; larger ones are sorted instead."""
+BUMP = 0.05
+"""Metres. Steep surfaces this close above walkable ground (a carpet's pile) do not block it."""
+OPEN_SKY = 1 << 30
+"""Ceiling level of columns without a ceiling."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A grid of columns.
+
+    corner: (3,) lowest corner, metres. cell, level: side and height of a cell, metres. shape: columns along x and z.
+    """
+
+    corner: np.ndarray
+    cell: float
+    level: float
+    shape: tuple[int, int]
+
+    @classmethod
+    def over(cls, low: np.ndarray, high: np.ndarray, cell: float) -> Grid:
+        """Return a grid that contains the box from low (3,) to high (3,), with a margin of one column."""
+        level = cell / 2
+        # Irregular offsets keep floors and walls at round coordinates inside cells, off their borders.
+        corner = np.array([low[0] - 1.37 * cell, low[1] - level / 2, low[2] - 1.37 * cell])
+        shape = np.ceil((high - corner)[[0, 2]] / cell).astype(int) + 1
+        return cls(corner, cell, level, (int(shape[0]), int(shape[1])))
+
+    def widened(self, low: np.ndarray, high: np.ndarray) -> Grid:
+        """Return the grid extended by whole cells to contain the box from low to high (3,)."""
+        wanted = Grid.over(low, high, self.cell)
+        before = np.maximum(np.ceil((self.corner - wanted.corner)[[0, 2]] / self.cell), 0)
+        corner = self.corner - np.array([before[0], 0, before[1]]) * self.cell
+        far = np.maximum(self.corner[[0, 2]] + np.array(self.shape) * self.cell, high[[0, 2]] + self.cell)
+        shape = np.ceil((far - corner[[0, 2]]) / self.cell - 1e-6).astype(int)
+        return replace(self, corner=corner, shape=(int(shape[0]), int(shape[1])))
+
+
+@dataclass(frozen=True)
+class Solid:
+    """The cells that surfaces pass through, sorted by column and level.
+
+    column, level: (S,) indices. height: (S,) of a surface point in the cell, metres. flat: (S,) flags of surfaces no
+    steeper than the slope.
+    """
+
+    column: np.ndarray
+    level: np.ndarray
+    height: np.ndarray
+    flat: np.ndarray
+
+    def moved(self, before: Grid, after: Grid) -> Solid:
+        """Return the same cells with the indices of an extended grid."""
+        x, z = np.divmod(self.column, before.shape[1])
+        skipped = np.rint((before.corner - after.corner)[[0, 2]] / before.cell).astype(np.int64)
+        return replace(self, column=(x + skipped[0]) * after.shape[1] + z + skipped[1])
+
+
+@dataclass(frozen=True)
+class Places:
+    """Places where a character can stand, sorted by column and level.
+
+    x, z: (N,) columns. level: (N,) of the ground. ceiling: (N,) level of the solid cell above. height: (N,) metres.
+    """
+
+    x: np.ndarray
+    z: np.ndarray
+    level: np.ndarray
+    ceiling: np.ndarray
+    height: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
+    """Return the cells that triangles (F, 3, 3) pass through. slope: of the steepest walkable ground, radians."""
+    vectors = geometry.area_vectors(triangles)
+    # Either side may face up: the normals of artists' meshes are unreliable.
+    even = np.square(vectors[:, 1]) >= np.cos(slope) ** 2 * np.einsum("fi,fi->f", vectors, vectors)
+    points, owner = lattice.sample_triangles(triangles, grid.cell * 0.7)
+    x, y, z = points.T
+    ix, iz = (x - grid.corner[0]) / grid.cell, (z - grid.corner[2]) / grid.cell
+    inside = (ix >= 0) & (iz >= 0) & (ix < grid.shape[0]) & (iz < grid.shape[1]) & (y >= grid.corner[1])
+    column = ix[inside].astype(np.int64) * grid.shape[1] + iz[inside].astype(np.int64)
+    level = ((y[inside] - grid.corner[1]) / grid.level).astype(np.int64)
+    return _distinct(column, level, y[inside], even[owner[inside]], grid)
+
+
+def _distinct(
+    column: np.ndarray, level: np.ndarray, height: np.ndarray, flat: np.ndarray, grid: Grid
+) -> Solid:
+    levels = int(level.max(initial=0)) + 1
+    key = column * levels + level
+    size = grid.shape[0] * grid.shape[1] * levels
+    if size <= DENSEST_GRID:
+        # Indices start at one: memory of a zeroed array is allocated only where it is written.
+        point = np.zeros(size, dtype=np.int32)
+        point[key] = np.arange(1, len(key) + 1)
+        # Walkable ground takes precedence over a chair leg that ends in the same cell.
+        even = np.flatnonzero(flat)
+        point[key[even]] = even + 1
+        cells = np.flatnonzero(point)
+        chosen = point[cells] - 1
+    else:
+        order = np.lexsort((~flat, key))
+        cells, first = np.unique(key[order], return_index=True)
+        chosen = order[first]
+    column, level = np.divmod(cells, levels)
+    return Solid(column, level, height[chosen], flat[chosen])
+
+
+def with_ground(solid: Solid, grid: Grid, height: float) -> Solid:
+    """Return the solid cells with level ground at ``height`` metres added in every column."""
+    count = grid.shape[0] * grid.shape[1]
+    level = np.full(count, int((height - grid.corner[1]) / grid.level))
+    return _distinct(
+        np.concatenate([solid.column, np.arange(count)]),
+        np.concatenate([solid.level, level]),
+        np.concatenate([solid.height, np.full(count, height)]),
+        np.concatenate([solid.flat, np.ones(count, dtype=bool)]),
+        grid,
+    )
+
+
+def standing_places(solid: Solid, grid: Grid, headroom: float) -> Places:
+    """Return the places on even ground with more than ``headroom`` metres of free cells above."""
+    if len(solid.column) == 0:
+        return Places(*np.zeros((4, 0), dtype=np.int64), np.zeros(0))
+    same = np.append(solid.column[1:] == solid.column[:-1], False)
+    ceiling = np.where(same, np.append(solid.level[1:], 0), OPEN_SKY)
+    free = np.flatnonzero(ceiling - solid.level > headroom / grid.level)
+    even = _even(solid, grid)
+    steep = free[~even[free]]
+    even[steep] = _next_to_even(solid, even, steep, grid)
+    found = free[even[free]]
+    x, z = np.divmod(solid.column[found], grid.shape[1])
+    return Places(x, z, solid.level[found], ceiling[found], solid.height[found])
+
+
+def _even(solid: Solid, grid: Grid) -> np.ndarray:
+    """Flag the cells (S,) that are even ground, or less than BUMP above it in the same column."""
+    even = solid.flat.copy()
+    for back in range(1, int(BUMP / grid.level) + 1):
+        near = solid.level[back:] - solid.level[:-back] <= BUMP / grid.level
+        even[back:] |= solid.flat[:-back] & near & (solid.column[back:] == solid.column[:-back])
+    return even
+
+
+def _next_to_even(solid: Solid, even: np.ndarray, chosen: np.ndarray, grid: Grid) -> np.ndarray:
+    """Flag those of the chosen cells (K,) that are adjacent to even ground of the same height.
+
+    At the edge of a stair, the tread may cover so little of a column that only the riser was sampled there.
+    """
+    span = int(solid.level.max()) + 3
+    known = (solid.column * span + solid.level)[even]
+    found = np.zeros(len(chosen), dtype=bool)
+    for side in (1, -1, grid.shape[1], -grid.shape[1]):
+        for step in (0, 1, -1):
+            key = (solid.column[chosen] + side) * span + solid.level[chosen] + step
+            at = np.searchsorted(known, key)
+            found |= known[np.minimum(at, len(known) - 1)] == key if len(known) else False
+    return found

@@ -1,0 +1,1 @@
+"""Places where a body can sit or lie, found from geometry alone."""

@@ -1,1 +1,0 @@
-"""The methods: Goal and Path in, Motion out. No Blender here."""

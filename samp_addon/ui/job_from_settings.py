@@ -1,0 +1,99 @@
+"""Turns the sidebar's settings into a job, or says what is missing. Cheap enough for every redraw."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..errors import SampError
+from ..methods import registry
+from ..vocabulary import SEATED
+from . import method_options
+
+if TYPE_CHECKING:
+    from ..pipeline.job import Job
+
+NO_FURNITURE = frozenset({"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"})
+BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
+
+
+def button_label(settings: bpy.types.PropertyGroup) -> str:
+    """Return the label of the generate button."""
+    return BUTTON_LABELS[settings.action]
+
+
+def why_not(context: bpy.types.Context) -> str:
+    """Return why no job can be made from the settings; empty if one can."""
+    settings = context.scene.samp
+    if not registry.find(settings.method).actions:
+        return ""
+    if settings.action in SEATED and settings.target is None and not _has_furniture_selected(context):
+        return f"Select the furniture to {settings.action} on, or choose a target"
+    return ""
+
+
+def job(context: bpy.types.Context) -> Job:
+    """Return the job of the current settings. Raise SampError where a target is missing."""
+    from ..blender.scene import targets
+    from ..pipeline.job import Job
+
+    settings = context.scene.samp
+    method = registry.find(settings.method)
+    own = {"method": settings.method, "settings": method_options.values(settings, method)}
+    if not method.actions:
+        return Job(action="", **own, **common(settings))
+    target = settings.target.name if settings.target else ""
+    if not target and settings.action in SEATED:
+        target = targets.clicked_target(context)
+    return Job(
+        action=settings.action,
+        target=target,
+        to=None if target else tuple(context.scene.cursor.location),
+        **own,
+        **common(settings),
+    )
+
+
+def job_of_steps(context: bpy.types.Context) -> Job:
+    """Return the job of all steps as one take. Raise SampError where there are no steps, or one needs a target."""
+    from ..methods.step import Step
+    from ..pipeline.job import Job
+
+    settings, rows = context.scene.samp, []
+    if not settings.steps:
+        raise SampError("There are no steps; add one first.")
+    for number, step in enumerate(settings.steps, start=1):
+        if step.target is None and step.action in SEATED:
+            raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
+        target = step.target.name if step.target else ""
+        rows.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
+    return Job(**rows[0], **common(settings), then=tuple(Step(**row) for row in rows[1:]))
+
+
+def common(settings: bpy.types.PropertyGroup) -> dict:
+    """Return the options common to all jobs."""
+    return {
+        "character": character_name(settings),
+        "seed": settings.seed,
+        "variants": settings.variants,
+        "hold": settings.hold,
+        "style": round(settings.style, 4),
+        "speed": round(settings.speed, 4),
+        "refine": settings.refine,
+    }
+
+
+def character_name(settings: bpy.types.PropertyGroup) -> str:
+    """Return the name of the character in the settings, or an empty string."""
+    return settings.character.name if settings.character else ""
+
+
+def is_furniture(obj: bpy.types.Object) -> bool:
+    """Return whether an object can be a target: not a character, camera, light or speaker."""
+    return obj.type not in NO_FURNITURE and obj.find_armature() is None
+
+
+def _has_furniture_selected(context: bpy.types.Context) -> bool:
+    active = context.view_layer.objects.active
+    return (active is not None and is_furniture(active)) or any(map(is_furniture, context.selected_objects))

@@ -1,0 +1,70 @@
+"""The methods in the sidebar: the menu, and the options that one of them has alone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import bpy
+from bpy.props import FloatProperty, IntProperty, StringProperty
+
+from ..methods import registry
+
+if TYPE_CHECKING:
+    from ..methods.method import Method, Option
+
+_items: list[tuple[str, str, str]] = []
+
+
+def items(settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> list[tuple[str, str, str]]:
+    """Return the methods for an EnumProperty, the default one first."""
+    names = sorted(registry.METHODS, key=lambda name: name != registry.DEFAULT)
+    found = [(name, registry.METHODS[name].label, registry.METHODS[name].description) for name in names]
+    if found != _items:  # Blender needs the strings to stay alive
+        _items[:] = found
+    return _items
+
+
+def annotations() -> dict[str, object]:
+    """Return a Blender property for each option that one value can set, by its name in the settings."""
+    return {
+        _name(method, option): _property(option)
+        for method in registry.METHODS.values()
+        for option in method.options
+        if _shown(option)
+    }
+
+
+def draw(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, method: Method) -> None:
+    """Draw the chosen method's own options."""
+    for option in method.options:
+        if _shown(option):
+            layout.prop(settings, _name(method, option))
+
+
+def values(settings: bpy.types.PropertyGroup, method: Method) -> dict[str, Any]:
+    """Return what the chosen method's own options are set to; a text that is empty is left out."""
+    found = {
+        option.name: getattr(settings, _name(method, option)) for option in method.options if _shown(option)
+    }
+    return {name: value for name, value in found.items() if value != ""}
+
+
+def _shown(option: Option) -> bool:
+    return not option.repeated and len(option.metavar) == 1
+
+
+def _name(method: Method, option: Option) -> str:
+    return f"{method.name}_{option.name}"
+
+
+def _property(option: Option) -> object:
+    own = {
+        "name": option.name.replace("_", " ").title(),
+        "description": option.help[:1].upper() + option.help[1:],
+    }
+    if option.kind is str:
+        return StringProperty(**own, default=option.default or "")
+    limits = {"min": option.minimum, "max": option.maximum}
+    limits = {name: value for name, value in limits.items() if value is not None}
+    make = IntProperty if option.kind is int else FloatProperty
+    return make(**own, default=option.default or option.kind(0), **limits)

@@ -1,0 +1,195 @@
+"""Random sequences of operators, undo and redo, reproducible by seed."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+import fakes
+import fingerprint
+import numpy as np
+import rooms
+from samp_blender.operators import OPERATORS, operator_class
+from samp_blender.samp_addon.blender import compat
+from samp_blender.samp_addon.blender.actions import keyframes, notes
+from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.motion import Motion
+
+# Operators that need work in progress.
+EXCLUDED = {"stop"}
+# Paths of the artist's data that may change: the character's pose and Action, selection, and the scene's settings.
+MAY_CHANGE = (
+    r"objects/Human\.(mode|animation_data|pose\.bones)",
+    r"objects/Human\[custom\]",
+    r"actions/.*use_fake_user",
+    r".*\.shown/|.*\.active|context\.",
+    r"scenes/.*(layer_collection|\.cursor|\.samp\.)",
+    r"scenes/.*\.frame_(start|end|current|current_final|float|subframe|preview_.*)",  # Fit Frame Range
+    r"objects/(Floor|Sofa|Bed)\[custom\]",  # Soft Seat
+)
+Step = tuple[str, dict]
+
+
+def build() -> None:
+    """Build a small room, a human with an Action by the artist, and a selected sofa."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    for name, boxes in (
+        ("Floor", [((-2.5, -0.1, -2.5), (2.5, 0, 2.5))]),
+        ("Sofa", [((-1, 0, -2), (1, 0.43, -1.2)), ((-1, 0.43, -2), (1, 0.8, -1.8))]),
+        ("Bed", [((-2.2, 0, 0), (-1, 0.5, 2.1))]),
+    ):
+        corners = np.concatenate([rooms.box(*box) for box in boxes]).reshape(-1, 3)
+        mesh = bpy.data.meshes.new(name)
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        mesh.from_pydata([(x, -z, y) for x, y, z in corners.tolist()], [], faces.tolist())
+        scene.collection.objects.link(bpy.data.objects.new(name, mesh))
+    owner = character.create_character(bpy.context, location=(1.5, -1.5, 0))
+    still = np.tile([1.0, 0, 0, 0], (20, 22, 1))
+    root = np.tile([1.5, 0.93, 1.5], (20, 1))
+    mine = keyframes.write_motion(owner, Motion(root, still), "Mine", scene=scene, activate=False)
+    del mine[notes.MOTION_KEY]  # keyed by the artist: not a take
+    compat.assign(owner, mine)
+    click("Sofa")
+
+
+def click(name: str | None) -> None:
+    """Select and activate one object, or nothing."""
+    for thing in bpy.context.selected_objects:
+        thing.select_set(False)
+    thing = bpy.data.objects.get(name) if name else None
+    bpy.context.view_layer.objects.active = thing
+    if thing is not None:
+        thing.select_set(True)
+
+
+def options(name: str, rng: random.Random, files: Path) -> dict:
+    """Return random options of an operator, sometimes invalid ones."""
+    target = rng.choice(("Sofa", "Sofa", "Bed", "Floor", "Nothing", ""))
+    job = {"seed": rng.randrange(9), "hold": rng.choice((0.0, 1.0)), "variants": rng.choice((1, 1, 2))}
+    place = (rng.uniform(-3, 3), rng.uniform(-3, 3), 0.0)
+    known = {
+        "sit_here": {"target": target, **job},
+        "lie_here": {"target": target, **job},
+        "walk_here": {"location": place, "run": rng.random() < 0.5, **job},
+        "voxelise": {"target": target},
+        "sample_goals": {"target": target, "count": rng.randrange(1, 4)},
+        "plan_path": {"target": target, "to_cursor": rng.random() < 0.5},
+        "build_navmesh": {"cell": 0.1},
+        "create_character": {"location": place, "name": rng.choice(("Human", "Eva"))},
+        "bake": {"filepath": str(files / "take.npz"), "character": rng.choice(("", "Human", "Nobody"))},
+        "export_npz": {"filepath": str(files / "take.npz")},
+        "refine": {"strength": rng.random(), "character": rng.choice(("", "Human"))},
+        "set_cushion": {"depth": rng.uniform(0, 0.1)},
+        "measure": {"character": rng.choice(("", "Human"))},
+        "edit_chain": {"change": rng.choice(("ADD", "ADD", "REMOVE", "UP", "DOWN"))},
+        "delete_take": {"unstarred": rng.random() < 0.5},
+        "show_take": {"action_name": rng.choice(("", "sit Sofa 0", "Mine")), "fit": rng.random() < 0.3},
+        "clear_overlays": {"what": rng.choice(("ALL", "GOALS", "WAYPOINTS", "PICTURES"))},
+        "export_take": {"filepath": str(files / "take"), "kind": rng.choice(("NPZ", "FBX", "BVH"))},
+    }
+    return known.get(name, {})
+
+
+def sequence(seed: int, length: int, files: Path) -> list[Step]:
+    """Return the steps of a seed."""
+    rng = random.Random(seed)
+    names = [name for name in OPERATORS if name not in EXCLUDED]
+    steps: list[Step] = []
+    for _ in range(length):
+        kind = rng.choices(("press", "undo", "redo", "click", "mode"), (8, 5, 3, 3, 1))[0]
+        if kind == "press":
+            name = rng.choice(names)
+            steps.append((name, options(name, rng, files)))
+        elif kind == "click":
+            steps.append((kind, {"name": rng.choice(("Human", "Sofa", "Bed", "Goal sit Sofa", None))}))
+        else:
+            steps.append((kind, {}))
+    return steps
+
+
+class User:
+    """Runs a sequence and compares the file with each step of its undo history."""
+
+    def __init__(self) -> None:
+        build()
+        bpy.context.preferences.edit.use_global_undo = True
+        bpy.ops.ed.undo_push(message="begin")
+        self.unused = fingerprint.orphans()
+        self.first = fingerprint.taken()
+        self.history, self.now = [self.first], 0
+
+    def do(self, step: Step) -> None:
+        """Run one step and check the file after it."""
+        name, arguments = step
+        own: dict[str, Callable[[], None]] = {
+            "undo": lambda: self._travel(-1),
+            "redo": lambda: self._travel(1),
+        }
+        if name in own:
+            own[name]()
+            return
+        if name == "click":
+            click(arguments["name"])
+            self._push()
+        elif name == "mode":
+            self._change_mode()
+        else:
+            self._press(name, arguments)
+        lost = fingerprint.differences(self.first, fingerprint.taken(), MAY_CHANGE)
+        assert not lost, lost
+        assert fingerprint.orphans() <= self.unused, fingerprint.orphans() - self.unused
+
+    def _press(self, name: str, arguments: dict) -> None:
+        operator = getattr(bpy.ops.samp, name)
+        if not operator.poll():
+            return
+        before = fingerprint.taken()
+        try:
+            done = operator("EXEC_DEFAULT", True, **arguments)
+        except RuntimeError as error:
+            text = str(error).strip()
+            assert "Traceback" not in text and "\n" not in text and text.endswith("."), text
+            done = {"CANCELLED"}
+        if done == {"FINISHED"} and "UNDO" in operator_class(name).bl_options:
+            self._note()
+        else:
+            changed = fingerprint.differences(before, fingerprint.taken(), additions=False)
+            assert not changed, changed
+
+    def _change_mode(self) -> None:
+        active = bpy.context.view_layer.objects.active
+        if bpy.context.mode != "OBJECT":
+            bpy.ops.object.mode_set("EXEC_DEFAULT", False, mode="OBJECT")
+        elif active is not None and active.type == "ARMATURE":
+            bpy.ops.object.mode_set("EXEC_DEFAULT", False, mode="POSE")
+        self._push()
+
+    def _push(self) -> None:
+        bpy.ops.ed.undo_push(message="the artist's")
+        self._note()
+
+    def _note(self) -> None:
+        self.history[self.now + 1 :] = [fingerprint.taken()]
+        self.now += 1
+
+    def _travel(self, by: int) -> None:
+        """Undo or redo, and check that the file is exactly as it was at that step."""
+        if not 0 <= self.now + by < len(self.history):
+            return
+        (bpy.ops.ed.undo if by < 0 else bpy.ops.ed.redo)()
+        self.now += by
+        changed = fingerprint.differences(self.history[self.now], fingerprint.taken(), additions=False)
+        assert not changed, changed
+
+
+def replace_networks(patch: object) -> None:
+    """Replace the networks and the optimiser by fakes. patch: pytest's monkeypatch."""
+    from samp_blender.samp_addon.methods.samp import goals, networks
+    from samp_blender.samp_addon.refine import refinement as optimiser
+
+    patch.setattr(networks, "trained", lambda: fakes.NETWORKS)
+    patch.setattr(goals, "sample_goals", fakes.sample_goals)
+    patch.setattr(optimiser, "refine", fakes.refine)

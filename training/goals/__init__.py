@@ -1,1 +1,0 @@
-"""GoalNet's labels, training and evaluation."""

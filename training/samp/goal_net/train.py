@@ -1,0 +1,170 @@
+"""Trains GoalNet: python -m samp_blender.training.samp.goal_net.train
+
+Seeded: the same seed on the same machine gives the same weights.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pickle
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from ....models import goal_net
+from ....models.weights import save_weights
+from .dataset import LabelledObject, held_out_objects, training_objects
+from .evaluate import COPIES, evaluate, report
+
+BETA = (0.03, 0.06)
+"""Weight of the Kullback-Leibler term, for sitting and for lying."""
+TEMPERATURES = np.arange(0.4, 1.21, 0.05)
+FITTED_ON = 15
+"""Fresh procedural pieces of each category, never trained on, to which the temperature is fitted."""
+LEARNING_RATE = 1e-3
+EPOCHS = 160
+BATCH = 256
+GOALS_AN_EPOCH = 6
+"""Goals drawn of each object in each epoch."""
+TURNED = 0.25
+"""Share of samples whose grid lies turned by quarters: fronts are inferred, and some objects have none."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """All objects as they are, mirrored and turned by quarters: eight views of each.
+
+    features: (8 N, 2048) and goals: (8, G, 6), view by view of 4 x mirrored + quarter turns. actions: (N,).
+    cumulative: (G,) number of the goal's object plus the summed weights of its goals up to this one.
+    """
+
+    features: np.ndarray
+    goals: np.ndarray
+    actions: np.ndarray
+    cumulative: np.ndarray
+
+    @classmethod
+    def of(cls, objects: list[LabelledObject]) -> Table:
+        """The table of labelled objects."""
+        views = [
+            [seen.turned(quarters) for seen in (one, one.mirrored()) for quarters in range(4)]
+            for one in objects
+        ]
+        return cls(
+            np.stack([view.features().astype(np.float32) for row in views for view in row]),
+            np.stack([np.concatenate([row[k].goals for row in views]) for k in range(8)]).astype(np.float32),
+            np.array([one.action for one in objects]),
+            # The last of each object is a whole number, so that no draw falls into the next object's goals.
+            np.concatenate(
+                [np.append(k + np.cumsum(one.weights[:-1]), k + 1) for k, one in enumerate(objects)]
+            ),
+        )
+
+    def epoch(self, rng: np.random.Generator) -> list[tuple[torch.Tensor, ...]]:
+        """Batches of (features, action, goal): mirrored half the time, goals drawn by their weights."""
+        one = rng.permutation(np.repeat(np.arange(len(self.actions)), GOALS_AN_EPOCH))
+        quarters = np.where(rng.random(len(one)) < TURNED, rng.integers(1, 4, len(one)), 0)
+        view = 4 * rng.integers(0, 2, len(one)) + quarters
+        goal = np.searchsorted(self.cumulative, one + rng.random(len(one)), side="right")
+        stacked = self.features[8 * one + view], self.actions[one], self.goals[view, goal]
+        return list(zip(*(torch.from_numpy(a).split(BATCH) for a in stacked), strict=True))
+
+
+def train(
+    objects: list[LabelledObject], seed: int, epochs: int = EPOCHS, beta: Sequence[float] = BETA
+) -> goal_net.GoalNet:
+    """A network trained on the objects with Adam, the learning rate falling to zero. beta: one for each action."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    table = Table.of(objects)
+    net = goal_net.GoalNet()
+    weights = torch.tensor(beta)
+    optimiser = torch.optim.Adam(net.parameters(), LEARNING_RATE)
+    schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda epoch: 1 - epoch / epochs)
+    for epoch in range(epochs):
+        losses = []
+        for features, action, goal in table.epoch(rng):
+            optimiser.zero_grad()
+            value = goal_net.loss(*_arranged(net(features, action, goal), goal), weights[action])
+            value.backward()
+            optimiser.step()
+            losses.append(value.item())
+        schedule.step()
+        if epoch % 10 == 0 or epoch == epochs - 1:
+            print(f"epoch {epoch:3d}  loss {np.mean(losses):.4f}", flush=True)
+    return net.eval()
+
+
+def fit_temperature(net: goal_net.GoalNet, objects: list[LabelledObject], seed: int) -> None:
+    """Sets the network's temperatures so that its goals on objects are as far apart as their labels.
+
+    objects: that it was not trained on; on those that it was, it scatters less.
+
+    A code that is told much of each goal leaves holes between the codes; drawn from the whole of the prior, goals
+    would scatter more widely than the labels.
+    """
+    for action in range(len(goal_net.ACTIONS)):
+        some = [one for one in objects if one.action == action]
+        off = []
+        for value in TEMPERATURES if some else ():
+            net.temperature[action] = float(value)
+            found = evaluate(net, some, seed)
+            off.append(abs(found["apd_position_cm"] - found["apd_position_labels_cm"]))
+        net.temperature[action] = float(TEMPERATURES[int(np.argmin(off))]) if off else 1.0
+
+
+def _arranged(output: tuple[torch.Tensor, ...], goal: torch.Tensor) -> tuple[torch.Tensor, ...]:
+    predicted, mean, log_variance = output
+    return predicted, goal, mean, log_variance
+
+
+def labelled(
+    seed: int, copies: int, procedural: int, workers: int, cache: Path | None
+) -> list[LabelledObject]:
+    """The training objects, from the cache file where it exists."""
+    if cache is not None and cache.exists():
+        return pickle.loads(cache.read_bytes())
+    objects = training_objects(seed, copies, procedural, workers)
+    if cache is not None:
+        cache.parent.mkdir(parents=True, exist_ok=True)
+        cache.write_bytes(pickle.dumps(objects))
+    return objects
+
+
+def main() -> None:
+    """Labels, trains, measures on held-out furniture, writes the weights."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--copies", type=int, default=12, help="scaled copies of each real piece")
+    parser.add_argument("--procedural", type=int, default=60, help="procedural pieces of each category")
+    parser.add_argument("--epochs", type=int, default=EPOCHS)
+    parser.add_argument(
+        "--beta", type=float, nargs=2, default=BETA, help="weights of the Kullback-Leibler term: sit, lie"
+    )
+    parser.add_argument("--workers", type=int, default=1, help="processes that label")
+    parser.add_argument("--threads", type=int, default=1, help="threads that train")
+    parser.add_argument("--cache", type=Path, help="file that keeps the labels for the next run")
+    parser.add_argument("--dry", action="store_true", help="measure only, leave the weights as they are")
+    arguments = parser.parse_args()
+    torch.set_num_threads(arguments.threads)
+    start = time.perf_counter()
+    objects = labelled(
+        arguments.seed, arguments.copies, arguments.procedural, arguments.workers, arguments.cache
+    )
+    print(f"{len(objects)} labelled objects in {time.perf_counter() - start:.0f} s", flush=True)
+    net = train(objects, arguments.seed, arguments.epochs, arguments.beta)
+    fresh = training_objects(arguments.seed + 1, 0, FITTED_ON, arguments.workers)
+    fit_temperature(net, fresh, arguments.seed)
+    print(f"temperatures {net.temperature.tolist()}")
+    print(f"trained after {time.perf_counter() - start:.0f} s", flush=True)
+    print(report(net, held_out_objects(seed=1, copies=COPIES)))
+    if not arguments.dry:
+        print(f"wrote {save_weights('goal_net', net.state_dict())}")
+
+
+if __name__ == "__main__":
+    main()
