@@ -16,7 +16,7 @@ from samp_blender.training.fitting.shapes.pieces import FittingPiece
 from samp_blender.training.fitting.sits import FittedComposer
 from samp_blender.training.mocap.clip_files import Clip
 from samp_blender.training.mocap.events import SitEvent
-from test_samp import box
+from shapes import box
 
 LEVEL = 0.45
 SEAT = box((-0.25, LEVEL - 0.04, -0.22), (0.25, LEVEL, 0.22))
