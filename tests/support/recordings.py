@@ -23,7 +23,7 @@ MIXAMO = dict(
 
 
 def walk(count: int = 90, speed: float = 1.1, fps: float = 30.0, turn: float = 0.0) -> Motion:
-    """Somebody who walks towards +Z, turned by ``turn`` radians: feet that stand flat and still for 60 % of a step of
+    """A person walking towards +Z, turned by ``turn`` radians: feet that stand flat and still for 60 % of a step of
     0.8 s, and go on level soles. With speed 0 they step on the spot."""
     t = np.arange(count) / fps
     vectors = np.zeros((count, 22, 3))

@@ -60,7 +60,7 @@ def subject_of(name: str, pattern: str = SUBJECT) -> str:
 def recordings_of(
     paths: Sequence[Path], pattern: str, problems: list[str]
 ) -> Iterator[tuple[str, list[Recording]]]:
-    """Subject and recordings on one skeleton, for each of them; files that cannot be read are told in problems."""
+    """Yield each subject with its recordings on one skeleton; append unreadable files to problems."""
     marked: dict[str, list[Path]] = defaultdict(list)
     solved: dict[str, list[Path]] = defaultdict(list)
     for path in paths:
@@ -93,7 +93,7 @@ def imported(
     descriptions: Mapping[str, str] | None = None,
     prefix: str = "",
 ) -> Iterator[ImportedClip]:
-    """Clips of one person's recordings on one skeleton. Raises SampError where its joints cannot be told."""
+    """Clips of one person's recordings on one skeleton. Raises SampError where its joints cannot be identified."""
     recordings, mapping = mapped(recordings)
     leg, arm = corrections(recordings, mapping)
     for one in recordings:

@@ -49,7 +49,7 @@ class Mapping:
 def joints_of(recording: Recording) -> dict[str, int]:
     """Joint -> index of the bone that is named for it: by known skeletons, else by what words in names mean.
 
-    Raises SampError where pelvis, legs or arms cannot be told.
+    Raises SampError where pelvis, legs or arms cannot be identified.
     """
     names = recording.names
     acclaim = {f"{side}_{part}" if "{}" in bone else part: bone.format(side[0])
@@ -105,7 +105,7 @@ def stands(joints: np.ndarray, bones: dict[str, int]) -> bool:
 def _standing_pose(
     recordings: Sequence[Recording], bones: dict[str, int]
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Joints (J, 3) and turns (J, 4) of a pose that can stand for the rest pose; None where nobody stands."""
+    """Joints (J, 3) and turns (J, 4) of a pose that can replace the rest pose; None where no frame is standing."""
     for one in recordings:
         if stands(one.positions[0], bones):
             return one.positions[0], one.turns[0]

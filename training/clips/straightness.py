@@ -1,4 +1,4 @@
-"""How long a captured body's legs and arms really are, told by how far they reach when they are straight.
+"""How long a captured body's legs and arms really are, estimated from their reach when straight.
 
 A solved skeleton's limbs are as long as its joint centres are well placed, and a per cent too much is 15 degrees
 in a knee: cos is flat near straight limbs. Captured people stand with 12 to 15 degrees and straighten to 7 to 10.

@@ -37,7 +37,7 @@ class Mattress:
 
     @classmethod
     def of(cls, surface: np.ndarray, level: float) -> Mattress:
-        """The top told by samples (N, 3) of a piece about a mattress of this height."""
+        """Return the top estimated from samples (N, 3) of a piece about a mattress of this height."""
         corner = surface[:, [0, 2]].min(0)
         shape = np.ceil(np.ptp(surface[:, [0, 2]], axis=0) / CELL).astype(int) + 1
         some = surface[(surface[:, 1] < level + TOP) & (surface[:, 1] > level - BELOW)]

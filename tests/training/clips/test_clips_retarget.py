@@ -44,7 +44,7 @@ def facing(degrees: float) -> np.ndarray:
 
 
 def scrambled() -> np.ndarray:
-    """Global rotations (22, 4) of a rest pose that nobody could take: each bone somewhere."""
+    """Global rotations (22, 4) of an impossible rest pose: each bone at random."""
     return rotation.from_axis_angle(np.random.default_rng(4).normal(size=(22, 3)))
 
 
@@ -60,7 +60,7 @@ def scrambled() -> np.ndarray:
     ids=["cm", "Z up", "biped in an A-pose, inches", "arms down, mm", "facing aside"],
 )
 def test_a_motion_comes_back_from_other_skeletons(tmp_path, names, unit, up, rest, roll):
-    """How far an arm is rolled at rest is not told by a pose in which it hangs; its bones are where they were."""
+    """A hanging arm does not determine its roll at rest; its bones keep their places."""
     motion = recordings.walk(30)
     path = recordings.write_bvh(tmp_path / "a.bvh", motion, "ZXY", unit, up, names, rest)
     (recording,), found = mapped([formats.read(path)])
@@ -130,7 +130,7 @@ def test_a_recording_at_another_rate_keeps_its_time():
 
 
 def standing(flex: float, count: int = 90) -> np.ndarray:
-    """Poses (T, 22, 3) of somebody who stands with bent knees, degrees, in joint places."""
+    """Poses (T, 22, 3) of a person standing with bent knees, degrees; joint positions."""
     vectors = np.zeros((count, 22, 3))
     for side in ("left", "right"):
         vectors[:, skeleton.INDEX[f"{side}_hip"], 0] = -np.radians(flex) / 2

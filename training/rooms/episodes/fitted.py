@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import pickle
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from ...fitting.shapes.pieces import FittingPiece
 from ...fitting.sits import FittedComposer
 from ...mocap.events import SitEvent
 from ..layout.stock import Item
-from .uses import Composed, Use, of_sequence
+from .uses import Composed, Use, cached, of_sequence
 
 SITS, TRIES = 8, 20  # kept and tried for a piece
 LIES, LIE_TRIES = 4, 10
@@ -44,14 +43,7 @@ class Fitted:
 
     def of(self, item: Item) -> list[Use]:
         """See uses.Uses."""
-        path = self.cache / f"{item.name}.pkl"
-        if path.exists():
-            return pickle.loads(path.read_bytes())
-        uses = self._made(item)
-        part = path.with_suffix(f".{np.random.default_rng().integers(1 << 30)}")
-        part.write_bytes(pickle.dumps(uses))
-        part.replace(path)
-        return uses
+        return cached(self.cache / f"{item.name}.pkl", lambda: self._made(item))
 
     def _made(self, item: Item) -> list[Use]:
         seed = int.from_bytes(hashlib.sha256(item.name.encode()).digest()[:4], "little")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -71,6 +72,20 @@ class Uses(Protocol):
         """All uses of an item, the same each time."""
 
 
+def cached(path: Path, make: Callable[[], list[Use]]) -> list[Use]:
+    """Return the uses kept in a file of the cache; where there is none, make and keep them.
+
+    Workers may make the same file at once: each writes a part of its own, and the last one stays.
+    """
+    if path.exists():
+        return pickle.loads(path.read_bytes())
+    uses = make()
+    part = path.with_suffix(f".{np.random.default_rng().integers(1 << 30)}")
+    part.write_bytes(pickle.dumps(uses))
+    part.replace(path)
+    return uses
+
+
 @dataclass(frozen=True)
 class _Sitting:
     """A captured stretch. offset: bank frame of the clip's first frame; the others as in Use, in the clip's frames."""
@@ -103,14 +118,7 @@ class Composed:
 
     def of(self, item: Item) -> list[Use]:
         """See Uses; kept in a file for each item."""
-        path = self.cache / f"{item.name}.pkl"
-        if path.exists():
-            return pickle.loads(path.read_bytes())
-        uses = self._made(item)
-        part = path.with_suffix(f".{np.random.default_rng().integers(1 << 30)}")
-        part.write_bytes(pickle.dumps(uses))
-        part.replace(path)
-        return uses
+        return cached(self.cache / f"{item.name}.pkl", lambda: self._made(item))
 
     def _made(self, item: Item) -> list[Use]:
         seed = int.from_bytes(hashlib.sha256(item.name.encode()).digest()[:4], "little")
