@@ -62,9 +62,9 @@ class Pose:
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
         self.local, self.root = tensor(local[:, :_BODY]), tensor(motion.root)
         self.rest = tensor(rest)
-        self.carried = tensor(held @ turned)
+        self.local_turns = tensor(held @ turned)
         away = placed - placed[:, self.anchor]
-        self.carried_at = tensor((held @ away[..., None])[..., 0])
+        self.local_places = tensor((held @ away[..., None])[..., 0])
         self.levels = _levels()
 
     def joints(self, shift: torch.Tensor, turn: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -91,10 +91,10 @@ class Pose:
         """Return the transforms (N, 55, 3, 4) from the frames of all joints to the world, in some frames (N,)."""
         anchor = torch.as_tensor(self.anchor)
         held = turned.index_select(0, frames).index_select(1, anchor)
-        matrices = held @ self.carried[frames]
+        matrices = held @ self.local_turns[frames]
         places = (
             placed.index_select(0, frames).index_select(1, anchor)
-            + (held @ self.carried_at[frames][..., None])[..., 0]
+            + (held @ self.local_places[frames][..., None])[..., 0]
         )
         return torch.cat([matrices, places[..., None]], -1)
 

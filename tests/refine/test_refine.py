@@ -1,4 +1,4 @@
-"""Refine without Blender: energies against closed forms, and takes that are put wrong and come out right."""
+"""Refinement without Blender: energies against closed forms, and takes with errors that are removed."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def depth(motion, scene):
     return collision.body_depth(motion, scene.obstacles, scene.floor)[0].max(1)
 
 
-def test_the_skin_is_the_bodys_and_the_spline_adds_up():
+def test_skin_matches_the_body_and_spline_weights_add_up():
     motion, body = standing(0.5), human.load()
     made = pose.Pose(motion, body)
     still = torch.zeros(len(motion), 3), torch.zeros(len(motion), 22, 3)
@@ -43,7 +43,7 @@ def test_the_skin_is_the_bodys_and_the_spline_adds_up():
     np.testing.assert_allclose(pose.spline_basis(50, 24.0).sum(1), 1.0)
 
 
-def test_a_change_is_the_same_in_torch_and_in_the_motion():
+def test_changes_agree_between_torch_and_motion():
     motion = standing(0.3)
     rng = np.random.default_rng(0)
     shift, turn = 0.1 * rng.standard_normal((len(motion), 3)), 0.3 * rng.standard_normal((len(motion), 22, 3))
@@ -68,12 +68,12 @@ ENERGIES = {
 
 
 @pytest.mark.parametrize("name", ENERGIES)
-def test_energies_are_what_their_equations_say(name):
+def test_energies_match_their_equations(name):
     value, wanted = ENERGIES[name]
     assert float(value()) == pytest.approx(wanted, abs=2e-3)
 
 
-def test_joint_limits_leave_what_people_can_do():
+def test_joint_limits_penalise_excess_only():
     limits = torch.full((22,), 1.0)
     turn = torch.zeros(1, 22, 3)
     turn[0, 5, 0] = 0.95
@@ -82,7 +82,7 @@ def test_joint_limits_leave_what_people_can_do():
     assert float(energies.joint_limits(pose.rotation_matrices(turn), limits)) > 0.01
 
 
-def test_on_goal_knows_place_and_facing():
+def test_on_goal_measures_place_and_facing():
     joints = torch.tensor(standing(0.1).forward_kinematics()[0], dtype=torch.float32)
     goal, ahead, aside = joints[0, 0], torch.tensor([0.0, 0.0, 1.0]), torch.tensor([1.0, 0.0, 0.0])
     resting = torch.ones(len(joints))
@@ -94,11 +94,11 @@ def test_on_goal_knows_place_and_facing():
 
 @pytest.fixture(scope="module")
 def crate():
-    """A crate whose side somebody stands in with an arm and a hip."""
+    """A crate that intersects an arm and a hip of the standing body."""
     return rooms.box(np.array([0.13, 0.0, -0.3]), np.array([0.8, 1.1, 0.5]))
 
 
-def test_who_stands_in_a_crate_ends_beside_it(crate):
+def test_a_body_in_a_crate_is_moved_out(crate):
     scene, motion = surroundings(crate), standing()
     assert depth(motion, scene).max() > 0.05
     made = refine(motion, scene)
@@ -109,7 +109,7 @@ def test_who_stands_in_a_crate_ends_beside_it(crate):
     assert len(made.motion) == len(motion) and made.motion.fps == motion.fps
 
 
-def test_feet_that_glide_stand_still_on_the_floor():
+def test_sliding_feet_are_locked_to_the_floor():
     motion = standing(3.0)
     drift = np.linspace(0, 0.08, len(motion))
     motion = replace(motion, root=motion.root + np.stack([drift, 0 * drift - 0.01, 0 * drift], -1))
@@ -121,7 +121,7 @@ def test_feet_that_glide_stand_still_on_the_floor():
 
 @pytest.mark.parametrize("pitch", [0.0, 0.2])
 def test_feet_stand_on_what_is_under_them(pitch):
-    """A step 18 cm high, or a ramp."""
+    """A step 18 cm high, level or tilted."""
     block = rooms.box(np.array([-1.0, -0.5, -1.0]), np.array([1.0, 0.0, 1.0]))
     turn = rotation.from_axis_angle(np.array([pitch, 0, 0]))
     block = rotation.rotate(np.broadcast_to(turn, (*block.shape[:2], 4)), block) + [0, 0.18, 0]
@@ -135,17 +135,17 @@ def test_feet_stand_on_what_is_under_them(pitch):
         assert distance.min() > -0.004 and np.median(distance) < 0.015
 
 
-def test_a_cushion_gives(crate):
-    """A body 3 cm deep in a cushion that gives 4 cm stays there; out of a hard seat it is lifted."""
+def test_a_cushion_yields(crate):
+    """A body 3 cm inside a cushion that yields 4 cm stays there, and is moved out of a hard one."""
     motion = standing()
     arms = [skeleton.INDEX[f"{side}_shoulder"] for side in ("left", "right")]
     motion.rotations[:, arms] = rotation.from_axis_angle(
         np.array([[0, 0, 0.6], [0, 0, -0.6]])
     )  # up, out of the way
-    beside = replace(motion, root=motion.root - [0.02, 0.0, 0.0])
+    shifted = replace(motion, root=motion.root - [0.02, 0.0, 0.0])
     hard, soft = surroundings(crate), surroundings(crate, give=0.04)
-    assert 0.02 < depth(beside, hard).max() < 0.04
-    deep = [depth(refine(beside, scene, measured=False).motion, hard).max() for scene in (hard, soft)]
+    assert 0.02 < depth(shifted, hard).max() < 0.04
+    deep = [depth(refine(shifted, scene, measured=False).motion, hard).max() for scene in (hard, soft)]
     assert deep[0] < 0.01
     assert 0.015 < deep[1] < 0.045
 
@@ -187,15 +187,15 @@ def test_a_long_take_has_no_seam(crate):
     assert depth(made, surroundings(crate)).max() < 0.03
 
 
-def test_the_same_take_is_refined_the_same(crate):
+def test_refinement_is_deterministic(crate):
     first, second = (refine(standing(1.0), surroundings(crate), measured=False).motion for _ in range(2))
     np.testing.assert_array_equal(first.rotations, second.rotations)
 
 
-def test_who_is_in_a_wall_for_good_is_reported():
+def test_remaining_penetration_is_reported():
     wall = rooms.box(np.array([-3.0, 0.0, -3.0]), np.array([3.0, 2.5, 3.0]))
     motion = standing(1.0)
-    # Elsewhere everybody is outside: the wall is no room.
+    # In the first frames the body is outside, so that the block counts as solid.
     away = replace(
         motion, root=np.where(np.arange(len(motion))[:, None] < 20, motion.root + [0, 0, 3.6], motion.root)
     )
@@ -203,7 +203,7 @@ def test_who_is_in_a_wall_for_good_is_reported():
     assert made.unsolved > 0.02 and "deep" in made.notes[0]
 
 
-def test_bad_numbers_name_bone_and_frame():
+def test_values_that_are_not_finite_are_reported_by_bone_and_frame():
     motion = standing(1.0)
     motion.rotations[7, skeleton.INDEX["left_knee"], 2] = np.nan
     with pytest.raises(SampError, match="Frame 7.*left_knee"):
@@ -219,21 +219,21 @@ def test_what_progress_raises_stops_the_work(crate):
     class Stopped(Exception):
         pass
 
-    def tell(stage, share):
+    def report(stage, share):
         if share > 0.2:
             raise Stopped
 
     with pytest.raises(Stopped):
-        refine(standing(), surroundings(crate), progress=tell)
+        refine(standing(), surroundings(crate), progress=report)
 
 
 def test_jerk_does_not_rise(crate):
     motion = standing(3.0)
-    trembling = replace(
+    jittering = replace(
         motion, root=motion.root + 0.002 * np.random.default_rng(0).standard_normal(motion.root.shape)
     )
-    made = refine(trembling, surroundings(crate), measured=False).motion
-    assert metrics.jerk(made) < metrics.jerk(trembling)
+    made = refine(jittering, surroundings(crate), measured=False).motion
+    assert metrics.jerk(made) < metrics.jerk(jittering)
 
 
 def test_a_floor_that_is_a_plane_is_solid_below():
@@ -246,7 +246,7 @@ def test_a_floor_that_is_a_plane_is_solid_below():
 
 
 def test_feet_that_left_the_ground_stay_finite():
-    """A plan that is made again after the ground went out of reach."""
+    """A plan that is updated after the ground went out of reach."""
     motion = standing(1.0)
     field = Field(surroundings().triangles, surroundings().give, 0.0, np.array([[0.0, 2.0, 0.0]]))
     up = replace(motion, root=motion.root + [0.0, 0.5, 0.0])

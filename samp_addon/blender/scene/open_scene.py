@@ -63,14 +63,11 @@ def open_scene(path: str | Path) -> None:
 
 
 def open_for_job(path: Path | None) -> bpy.types.Context:
-    """Open a scene's file, or the open file afresh, so that no job finds what another one has made.
-
-    Return the context. Raise SampError as `open_scene`.
+    """Open a file afresh, so that no job finds what another one has made; None is the scene of a Blender that was
+    never saved. Return the context. Raise SampError as `open_scene`.
     """
     if path is not None:
         open_scene(path)
-    elif bpy.data.filepath:
-        bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
     return bpy.context
 
 

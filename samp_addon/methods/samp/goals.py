@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import SampError
-from ...motion import SEATED, Goal
+from ...motion import Goal
 from ...scene.seats import seats
 from ...scene.seats.seats import Seat
 from ...scene.seats.support import SupportMap
 from ...scene.voxels import InteractionGrid
+from ...vocabulary import SEATED
 from .load_networks import load_goal_net
 
 ROUNDS = 6
@@ -26,8 +27,8 @@ GOOD = 0.7
 """Share of the best score on the object above which a sample is not moved."""
 KEPT = 4
 """Objects in the cache."""
-MOST_SHIFT = 0.20
-"""Metres by which a sampled goal may be moved to where the surface carries."""
+MAX_SHIFT = 0.20
+"""Metres by which a sampled goal may be moved to a place with support."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def draw_goals(
     for sample in _network_samples(grid, action, count, seed):
         if len(goals) == count:
             break
-        snapped = seats.snap_to_map(support, sample, MOST_SHIFT, least, enough)
+        snapped = seats.snap_to_map(support, sample, MAX_SHIFT, least, enough)
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)

@@ -12,12 +12,13 @@ from ...body import human
 from ...clock import Clock
 from ...errors import SampError
 from ...frames import yaw_direction
-from ...motion import SEATED, Goal, Motion
+from ...motion import Goal, Motion
 from ...scene.distance import solids
 from ...scene.geometry import extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
 from ...scene.seats.seats import infer_front_yaw
+from ...vocabulary import SEATED
 from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step

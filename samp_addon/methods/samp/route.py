@@ -7,7 +7,8 @@ from copy import copy
 
 import numpy as np
 
-from ...motion import ACTIONS, SEATED, Goal
+from ...motion import Goal
+from ...vocabulary import ACTIONS, SEATED
 
 REACHED = 0.3  # metres at which a way-point counts as reached
 NEAR_GOAL = 0.5  # metres from the goal within which a corner is not a sub-goal
@@ -25,7 +26,7 @@ class Route:
 
     points: (M, 3) on the floor, from the start to the end. goals: (N, 11), the sub-goals and, last, the goal: world
     position 3, direction 3, one-hot action 5. radii: (N,) within which a goal counts as reached. along: (N,) distance
-    of each along the route. A route to a seat ends where a body stands before it sits down, one to a bed beside the
+    of each along the route. A route to a seat ends where a body stands before it sits down, one to a bed next to the
     bed; end_yaw is the facing there, radians.
     """
 

@@ -134,7 +134,7 @@ def _lift(
     ground: Ground,
 ) -> np.ndarray:
     """Return the lift (T,) that keeps the sole of a swinging foot out of the ground, and clear of it while the other
-    foot stands: a foot that swings alone may be the one that carries the body."""
+    foot stands; a foot that swings while the other does not stand may itself carry the body."""
     need = np.zeros(len(ankle))
     heel, ball = sole_offsets(motion.rest_joints, plan.foot.side)
     wanted = swing_clearance(ankle, plan.stances, motion.fps, PLANNED.clearance)

@@ -115,10 +115,12 @@ class RestingTop:
         step = np.clip(np.floor((height - WALL) / LEVEL).astype(int), 0, len(self._ways_out) - 1)
         wall = self.heights[x, z] - self.level > np.maximum(height, WALL)
         nearest = self._ways_out[step, :, x, z]
-        way = self.corner + (nearest + 0.5) * CELL - joint[:, [0, 2]]
-        length = np.linalg.norm(way, axis=-1, keepdims=True)
-        way *= 1 + thick / np.maximum(length, CELL)
-        return np.where((inside & wall & (height > -BELOW) & (length[:, 0] < MAX_ASIDE))[:, None], way, 0.0)
+        offset = self.corner + (nearest + 0.5) * CELL - joint[:, [0, 2]]
+        length = np.linalg.norm(offset, axis=-1, keepdims=True)
+        offset *= 1 + thick / np.maximum(length, CELL)
+        return np.where(
+            (inside & wall & (height > -BELOW) & (length[:, 0] < MAX_ASIDE))[:, None], offset, 0.0
+        )
 
     def cleared(self, motion: Motion, goal: np.ndarray) -> Motion:
         """Return the motion with its limbs out of the object. goal: row of Route.goals. The floor is at height 0."""
@@ -145,9 +147,9 @@ class RestingTop:
             soles = (*sole_points(positions, globals_, rest, side), toe_tips(positions, globals_, rest, side))
             away = np.zeros((len(motion), 2))
             for sole in soles:
-                way = self._short_of_wall(knee, sole)
-                more = near & (np.linalg.norm(way, axis=-1) > np.linalg.norm(away, axis=-1))
-                away[more] = way[more]
+                offset = self._short_of_wall(knee, sole)
+                more = near & (np.linalg.norm(offset, axis=-1) > np.linalg.norm(away, axis=-1))
+                away[more] = offset[more]
             if not away.any():
                 continue
             away = gaussian_filter1d(away, SIGMA, axis=0, mode="nearest")
@@ -166,9 +168,9 @@ class RestingTop:
             knee, ankle = (positions[:, skeleton.INDEX[f"{side}_{name}"]] for name in ("knee", "ankle"))
             for share in (0.0, 0.5, 1.0):
                 point = ankle + share * (knee - ankle)
-                way = self._off_the_side(point)
-                more = np.linalg.norm(way, axis=-1) > np.linalg.norm(out, axis=-1)
-                out[more & near] = way[more & near]
+                offset = self._off_the_side(point)
+                more = np.linalg.norm(offset, axis=-1) > np.linalg.norm(out, axis=-1)
+                out[more & near] = offset[more & near]
         if not out.any():
             return motion
         distance = np.linalg.norm(out, axis=-1)
@@ -184,10 +186,10 @@ class RestingTop:
         x, z, inside = self._cells(point[:, [0, 2]])
         below = inside & (point[:, 1] < self.level - MAX_LIFT) & (self.heights[x, z] > self.low)
         nearest = self._nearest_outside[:, x, z].T
-        way = self.corner + (nearest + 0.5) * CELL - point[:, [0, 2]]
-        length = np.linalg.norm(way, axis=-1, keepdims=True)
-        way *= np.minimum(length + SHIN, MAX_KEEP_OFF) / np.maximum(length, 1e-6)
-        return np.where(below[:, None], way, 0.0)
+        offset = self.corner + (nearest + 0.5) * CELL - point[:, [0, 2]]
+        length = np.linalg.norm(offset, axis=-1, keepdims=True)
+        offset *= np.minimum(length + SHIN, MAX_KEEP_OFF) / np.maximum(length, 1e-6)
+        return np.where(below[:, None], offset, 0.0)
 
     def _short_of_wall(self, knee: np.ndarray, sole: np.ndarray) -> np.ndarray:
         """Return the horizontal offset (T, 2) that brings a sole (T, 3) back to its knee's side of a wall."""

@@ -12,7 +12,7 @@ import torch
 from .....models.state import FPS, SAMPLE_STRIDE
 from ....easing import smoothstep
 from ....frames import wrap_angle
-from ....motion import ACTIONS
+from ....vocabulary import ACTIONS
 from ..route import SPEED_UP, Routes
 from .rollout import FUTURE
 from .tracking import RolloutProgress
@@ -140,7 +140,7 @@ def _facing(routes: Routes, distance: np.ndarray) -> np.ndarray:
     """Return the planned yaws (B, K) at distances (B, K) along the routes: their direction, rounded at corners, turning
     to the final facing at the end."""
     places = routes.at(np.concatenate([distance + CORNER, distance - CORNER], 1))
-    way = places[:, : distance.shape[1]] - places[:, distance.shape[1] :]
-    yaw = np.arctan2(way[..., 0], way[..., 1])
+    along = places[:, : distance.shape[1]] - places[:, distance.shape[1] :]
+    yaw = np.arctan2(along[..., 0], along[..., 1])
     turned = smoothstep(1 - (routes.length[:, None] - distance) / FACE_GOAL)
     return yaw + turned * wrap_angle(routes.end_yaw[:, None] - yaw)
