@@ -61,12 +61,17 @@ def main() -> int:
                 f"> 2 cm {100 * (d > 2).mean():.0f} %, > 5 cm {100 * (d > 5).mean():.0f} %, max {d.max():.1f} cm"
                 for d in depths
             )
-            print(f"{piece.name} {take.seed}: {shown}; {seconds:.1f} s for {take.motion.seconds:.1f} s", flush=True)
+            print(
+                f"{piece.name} {take.seed}: {shown}; {seconds:.1f} s for {take.motion.seconds:.1f} s",
+                flush=True,
+            )
     if not both[0]:
         return 1
     sums = [np.concatenate(depths) for depths in both]
     for name, d in zip(("before", "after"), sums, strict=True):
-        print(f"{name}: {100 * (d > 2).mean():.2f} % deeper than 2 cm, {100 * (d > 5).mean():.2f} % than 5 cm")
+        print(
+            f"{name}: {100 * (d > 2).mean():.2f} % deeper than 2 cm, {100 * (d > 5).mean():.2f} % than 5 cm"
+        )
     return int((sums[1] > 0.02 * 100).mean() > 0.01 or (sums[1] > 5).any())
 
 

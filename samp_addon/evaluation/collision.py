@@ -42,15 +42,19 @@ def body_depth(
 
 
 def measures(
-    motion: Motion, obstacles: Obstacles, floor: float | None = None, body: human.Human | None = None
+    motion: Motion,
+    obstacles: Obstacles,
+    floor: float | None = None,
+    body: human.Human | None = None,
+    found: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, float]:
-    """Compute penetration, non-collision and contact; arguments as for `body_depth`.
+    """Compute penetration, non-collision and contact; arguments as for `body_depth`. found: its result, if known.
 
     Penetration: percentage of frames deeper than 2 and 5 cm, mean and maximum depth over frames, cm; the depth of a
     frame is that of its deepest vertex in the scene, or of the deepest surface sample in the body.
     Non-collision: share of vertices outside, mean over frames. Contact: share of frames that touch the scene.
     """
-    depth, touching = body_depth(motion, obstacles, floor, body)
+    depth, touching = found or body_depth(motion, obstacles, floor, body)
     deepest = np.maximum(depth.max(1), surface_depth(motion, obstacles, floor, body))
     numbers = {
         f"penetration_{limit * 100:.0f}cm_percent": float((deepest > limit).mean() * 100) for limit in DEPTHS
@@ -92,14 +96,14 @@ def _depth_of_samples(
     motion: Motion, joints: np.ndarray, samples: np.ndarray, surface: SkinSurface, body: human.Human
 ) -> np.ndarray:
     """Return the largest depth (T,) of samples (N, 3) in the body; joints: (T, J, 3)."""
-    depth, last = np.zeros(len(motion)), None
+    depth, last, same = np.zeros(len(motion)), -2, 0  # last frame looked at, last one measured
     close = [surface.near(one, samples) for one in joints]
     frames = np.array([k for k, near in enumerate(close) if len(near)], int)
     if not len(frames):
         return depth
     skin = human.skin(body, motion.pose_slice(frames), surface.vertices)
     for vertices, k in zip(skin, frames, strict=True):
-        if last is not None and k == last + 1 and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
+        if k == last + 1 and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
             depth[k], last = depth[last], k
             continue
         inside = surface.inside(vertices, samples[close[k]])

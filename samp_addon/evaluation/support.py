@@ -11,8 +11,9 @@ import numpy as np
 
 from ..body import human
 from ..body.human import Human
-from ..motion import ACTIONS, Goal, Motion
+from ..motion import Goal, Motion
 from ..skeleton import INDEX
+from ..vocabulary import ACTIONS
 from .feet import sole_patches
 from .obstacles import Obstacles
 
@@ -66,11 +67,20 @@ def knee_flexion(motion: Motion) -> np.ndarray:
     return np.stack(angles, -1)
 
 
-def observe(motion: Motion, obstacles: Obstacles, floor: float, body: Human | None = None) -> Support:
-    """Return what supports the body in each frame. floor: height below which everything is solid, metres."""
+def observe(
+    motion: Motion,
+    obstacles: Obstacles,
+    floor: float,
+    body: Human | None = None,
+    found: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Support:
+    """Return what supports the body in each frame. floor: height below which everything is solid, metres.
+
+    found: result of collision.body_depth, if known.
+    """
     body = body or human.load()
     skin = human.skin(body, motion, body.collision).astype(np.float64)
-    depth, touching = obstacles.depth(skin, floor)
+    depth, touching = found or obstacles.depth(skin, floor)
     seat = _seat_skin(body)
     bent = knee_flexion(motion).min(1) > BENT
     carried = (depth[:, seat] > 0).any(1) | (skin[:, seat, 1].min(1) < floor + UNDER)
@@ -85,9 +95,14 @@ def observe(motion: Motion, obstacles: Obstacles, floor: float, body: Human | No
 
 
 def measures(
-    motion: Motion, goal: Goal | None, obstacles: Obstacles, floor: float, body: Human | None = None
+    motion: Motion,
+    goal: Goal | None,
+    obstacles: Obstacles,
+    floor: float,
+    body: Human | None = None,
+    found: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, float | None]:
-    """Compute the guarded measures of a take.
+    """Compute the guarded measures of a take; arguments as for `observe`.
 
     air_squat_s: longest run, seconds, with both knees bent more than 50 degrees and nothing within 6 cm under hips and
     thighs. unsupported_s: longest run without any support, feet included; running excepted. seated_speed_m_s: fastest
@@ -96,7 +111,7 @@ def measures(
     """
     if len(motion) < 2:
         return dict(NONE)
-    seen = observe(motion, obstacles, floor, body)
+    seen = observe(motion, obstacles, floor, body, found)
     velocity = np.gradient(motion.root, 1 / motion.fps, axis=0)
     return {
         "air_squat_s": longest(seen.bent & ~seen.carried) / motion.fps,
@@ -173,4 +188,5 @@ def _is_near(points: np.ndarray, obstacles: Obstacles, floor: float) -> bool:
         return False
     from scipy.spatial import cKDTree
 
+    # The vertices of the skin are 3 cm apart.
     return bool(np.isfinite(cKDTree(points).query(samples, distance_upper_bound=2 * REACH)[0]).any())

@@ -97,7 +97,12 @@ class ThinThings:
         vertex, place, out, depth = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
         return Pierced(
-            torch.as_tensor(row), torch.as_tensor(vertex), tensor(place), tensor(out), tensor(depth), self.skin
+            torch.as_tensor(row),
+            torch.as_tensor(vertex),
+            tensor(place),
+            tensor(out),
+            tensor(depth),
+            self.skin,
         )
 
 
