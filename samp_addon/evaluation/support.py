@@ -5,9 +5,11 @@ A take can end on its goal and still show what nobody can do. These measures loo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..body import human
 from ..body.human import Human
@@ -37,6 +39,9 @@ HOLD = 1.0
 
 LOW_SEAT = 0.42
 """Metres over the floor below which the feet of a seated body reach it."""
+
+CHUNK = 32
+"""Frames whose surroundings are sampled together."""
 
 NONE = {
     "air_squat_s": 0.0, "unsupported_s": 0.0, "seated_speed_m_s": None, "hanging_feet_cm": None,
@@ -84,11 +89,11 @@ def observe(
     seat = _seat_skin(body)
     bent = knee_flexion(motion).min(1) > BENT
     carried = (depth[:, seat] > 0).any(1) | (skin[:, seat, 1].min(1) < floor + UNDER)
-    for k in np.flatnonzero(bent & ~carried):
-        carried[k] = _is_above(skin[k, seat], obstacles, floor)
+    rows = np.flatnonzero(bent & ~carried)
+    carried[rows] = _each(_is_above, skin[rows][:, seat], obstacles, floor)
     supported = touching.any(1) | (skin[..., 1].min(1) < floor + REACH) | carried
-    for k in np.flatnonzero(~supported):
-        supported[k] = _is_near(skin[k], obstacles, floor)
+    rows = np.flatnonzero(~supported)
+    supported[rows] = _each(_is_near, skin[rows], obstacles, floor)
     left, right = sole_patches()
     soles = human.skin(body, motion, np.concatenate([left, right]))[..., 1].min(1)
     return Support(bent, carried, supported, skin[:, seat, 1].min(1), soles.astype(np.float64))
@@ -165,14 +170,23 @@ def _seat_skin(body: Human) -> np.ndarray:
     return np.flatnonzero(carrying & behind)
 
 
-def _is_above(points: np.ndarray, obstacles: Obstacles, floor: float) -> bool:
-    """Whether a surface is up to 6 cm under one of some points (N, 3), 2 cm to the side at most."""
-    low, high = points.min(0), points.max(0)
-    samples = obstacles.samples(low - [0.02, UNDER, 0.02], high + 0.02, floor)
-    if not len(samples):
-        return False
-    from scipy.spatial import cKDTree
+def _each(
+    test: Callable[[np.ndarray, np.ndarray], bool], points: np.ndarray, obstacles: Obstacles, floor: float
+) -> np.ndarray:
+    """Return for each frame of points (T, N, 3) whether they pass a test with the surface samples around them."""
+    result = np.zeros(len(points), bool)
+    for first in range(0, len(points), CHUNK):
+        part = points[first : first + CHUNK]
+        samples = obstacles.samples(part.min((0, 1)) - 2 * UNDER, part.max((0, 1)) + 2 * UNDER, floor)
+        for k, own in enumerate(part):
+            low, high = own.min(0) - UNDER - 0.02, own.max(0) + UNDER
+            close = samples[((samples >= low) & (samples <= high)).all(1)]
+            result[first + k] = len(close) > 0 and test(own, close)
+    return result
 
+
+def _is_above(points: np.ndarray, samples: np.ndarray) -> bool:
+    """Whether a sample (M, 3) is up to 6 cm under one of some points (N, 3), 2 cm to the side at most."""
     near = cKDTree(samples[:, [0, 2]]).query_ball_point(points[:, [0, 2]], 0.02)
     return any(
         (np.abs(point[1] - UNDER / 2 - samples[rows, 1]) <= UNDER / 2 + 0.01).any()
@@ -181,12 +195,7 @@ def _is_above(points: np.ndarray, obstacles: Obstacles, floor: float) -> bool:
     )
 
 
-def _is_near(points: np.ndarray, obstacles: Obstacles, floor: float) -> bool:
-    """Whether a surface is within 3 cm of one of some points (N, 3)."""
-    samples = obstacles.samples(points.min(0) - REACH, points.max(0) + REACH, floor)
-    if not len(samples):
-        return False
-    from scipy.spatial import cKDTree
-
+def _is_near(points: np.ndarray, samples: np.ndarray) -> bool:
+    """Whether a sample (M, 3) is within 3 cm of the skin at points (N, 3)."""
     # The vertices of the skin are 3 cm apart.
     return bool(np.isfinite(cKDTree(points).query(samples, distance_upper_bound=2 * REACH)[0]).any())

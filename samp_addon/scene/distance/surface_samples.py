@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry import areas, spread_over_surface
+from .orientation import HASH_FACTORS, WELD, orient_outward
 
 SPACING = 0.015
 """Metres between samples."""
@@ -18,26 +19,27 @@ LONGEST_EDGE = 0.5
 MOST_SAMPLES = 2_000_000
 """Upper limit of the samples in a box; beyond it they are farther apart."""
 
-WELD = 1e-5
-"""Metres. Corners closer than this coincide."""
-
 
 def without_twins(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return triangles (F', 3, 3) of which none coincides with an earlier one, and flags (F,) of those kept.
+
+    Triangles of a scene with twins are oriented outwards; others are returned as they are.
 
     Two-sided faces are exported as two opposite triangles, which cancel each other's winding number.
     """
     if len(triangles) == 0:
         return triangles, np.ones(0, bool)
-    cells = np.round(triangles / WELD).astype(np.int64).astype(np.uint64)
-    factors = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-    corners = np.sort((cells * factors).sum(-1, dtype=np.uint64), axis=1)
-    key = (corners * factors).sum(-1, dtype=np.uint64)
+    corners = np.zeros(triangles.shape[:2], np.uint64)
+    for k in range(3):  # by columns: large scenes have millions of triangles
+        corners += np.round(triangles[..., k] / WELD).astype(np.int64).astype(np.uint64) * HASH_FACTORS[k]
+    corners.sort(axis=1)
+    key = (corners * HASH_FACTORS).sum(-1, dtype=np.uint64)
     order = np.argsort(key, kind="stable")
     first = np.r_[True, key[order][1:] != key[order][:-1]]
     keep = np.zeros(len(triangles), bool)
     keep[order[first]] = True
-    return (triangles if keep.all() else triangles[keep]), keep
+    # Which twin faced outwards is unknown.
+    return (triangles if keep.all() else orient_outward(triangles[keep])), keep
 
 
 def samples_in_box(
