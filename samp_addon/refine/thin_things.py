@@ -30,6 +30,9 @@ SPACING = 0.02
 CLEARANCE = 0.004
 """Metres that are kept between a sample that was inside and the skin."""
 
+SOLE_THICKNESS, SOLE_GIVE = 0.02, 0.016
+"""Metres: the soles are put onto the ground afterwards, see feet/."""
+
 REACH = 0.3
 """Metres around the take that it may be moved through."""
 
@@ -62,17 +65,29 @@ class ThinThings:
         self.samples, self.give, self.body = samples, give, body
         self.surface: SkinSurface = surface_of(body)
         self.skin = Skin(body, np.arange(len(body.vertices)))
+        self._yields = np.where(body.vertices[:, 1] < body.floor + SOLE_THICKNESS, SOLE_GIVE, 0.0)
 
     @classmethod
-    def around(cls, motion: Motion, surroundings: Surroundings, body: Human) -> ThinThings | None:
-        """Sample what a take comes near, without the floor; None where there is nothing."""
+    def around(
+        cls, motion: Motion, surroundings: Surroundings, body: Human, floor: float | None = None
+    ) -> ThinThings | None:
+        """Sample what a take comes near, without the floor; None where there is nothing.
+
+        floor: its height, metres; that of the surroundings if left out.
+        """
+        floor = surroundings.floor if floor is None else floor
         reach = surface_of(body).reach + REACH
         low, high = extent(_joints(motion, body))
         samples, owners = samples_in_box(surroundings.triangles, low - reach, high + reach, SPACING)
-        if surroundings.floor is not None:
-            above = samples[:, 1] > surroundings.floor + CARPET
+        if floor is not None:
+            above = samples[:, 1] > floor + CARPET
             samples, owners = samples[above], owners[above]
         return cls(samples, surroundings.give[owners], body) if len(samples) else None
+
+    def deepest(self, motion: Motion) -> float:
+        """Return the largest depth of a sample in the body, metres; 0 where the body is free."""
+        found = self.pierced(motion)
+        return 0.0 if found is None else max(float(found.depth.max()) - CLEARANCE, 0.0)
 
     def pierced(self, motion: Motion) -> Pierced | None:
         """Return the samples inside the body in all frames of a motion; None where there are none."""
@@ -88,7 +103,7 @@ class ThinThings:
         for vertices, k in zip(skins, frames, strict=True):
             found = self.surface.inside(vertices, self.samples[close[k]])
             place = vertices[whole[found.vertex]]
-            depth = found.depth + CLEARANCE - self.give[close[k][found.index]]
+            depth = found.depth + CLEARANCE - self.give[close[k][found.index]] - self._yields[found.vertex]
             rows.append(np.full(len(depth), k))
             parts.append((found.vertex, place, found.out, depth))
         row = np.concatenate(rows)
