@@ -16,6 +16,10 @@ DEEP = 5.0
 """Centimetres. Deeper penetration is worth a warning."""
 
 
+MEASURED = ("The body ", "Nothing supports ", "The seated body ", "The feet hang ", "The take ")
+"""Beginnings of the sentences of `warnings`; those of other sources begin otherwise."""
+
+
 def broken(numbers: Mapping) -> list[str]:
     """Return the names of the measures that are beyond their limits."""
     return [name for name, (limit, _) in LIMITS.items() if (numbers.get(name) or 0.0) > limit]

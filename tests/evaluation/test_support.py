@@ -29,7 +29,7 @@ def sitting(seat=0.45, frames=90, lift=0.0, glide=0.0, bend=90.0):
 
 def stool(seat):
     """Return a block under hips and thighs, as wide as a bench."""
-    return Obstacles(rooms.box(np.array([-3.0, 0.0, -0.3]), np.array([3.0, seat, 0.25])))
+    return Obstacles(rooms.box(np.array([-3.0, 0.0, -0.3]), np.array([3.0, seat, 0.12])))
 
 
 def sheet(seat):
