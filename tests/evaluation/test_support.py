@@ -12,14 +12,14 @@ from samp_blender.samp_addon.motion import Goal, Motion
 BODY = human.load()
 
 
-def sitting(seat=0.45, frames=90, lift=0.0, glide=0.0, bend=90.0):
-    """Return a body whose thighs lie on a seat of this height; lift, metres over it; glide, metres per second."""
+def sitting(seat=0.45, frames=90, lift=0.0, glide=0.0, knees=90.0):
+    """Return a body whose thighs lie on a seat of this height; lift, metres over it; glide, m/s; knees, degrees."""
     rotations = np.zeros((frames, 22, 4))
     rotations[..., 0] = 1
     for side in ("left", "right"):
         thigh, knee = skeleton.INDEX[f"{side}_hip"], skeleton.INDEX[f"{side}_knee"]
-        rotations[:, thigh] = rotation.from_axis_angle(np.array([-np.radians(bend), 0, 0]))
-        rotations[:, knee] = rotation.from_axis_angle(np.array([np.radians(bend), 0, 0]))
+        rotations[:, thigh] = rotation.from_axis_angle(np.array([-np.pi / 2, 0, 0]))
+        rotations[:, knee] = rotation.from_axis_angle(np.array([np.radians(knees), 0, 0]))
     motion = Motion(np.zeros((frames, 3)), rotations)
     lowest = human.skin(BODY, motion.pose_slice(slice(0, 1)), BODY.collision)[0][support._seat_skin(BODY), 1]
     root = np.tile([0.0, seat + lift - lowest.min(), 0.0], (frames, 1))
@@ -54,7 +54,7 @@ def goal_of(motion):
         (sitting(0.45, frames=25, lift=0.12), sheet(0.45), []),  # shorter than the limit
         (sitting(0.45, glide=0.8), stool(0.45), ["seated_speed_m_s"]),
         (sitting(0.45, glide=0.3), stool(0.45), []),
-        (sitting(0.40, bend=75), stool(0.40), ["hanging_feet_cm"]),
+        (sitting(0.40, knees=53), stool(0.40), ["hanging_feet_cm"]),
     ],
 )
 def test_what_nobody_can_do_breaks_a_measure(motion, scene, broken):
