@@ -18,7 +18,7 @@ from ..samp_addon.evaluation import collision
 from ..samp_addon.pipeline import driver
 from ..samp_addon.pipeline.driver import Work
 from ..samp_addon.pipeline.job import Job
-from ..samp_addon.refine.refinement import Surroundings, refine
+from ..samp_addon.refine.refinement import Settings, Surroundings, refine
 from ..tests.support import rooms
 from ..training.evaluation.takes import held_out_seats, view_of
 
@@ -36,6 +36,7 @@ def main() -> int:
     parser.add_argument("--takes", type=int, default=1)
     parser.add_argument("--categories", nargs="+", default=["chair", "stool", "bench", "armchair"])
     parser.add_argument("--names", nargs="*", help="only these pieces")
+    parser.add_argument("--thin", type=float, default=1.0, help="weight of the energy of thin things")
     options = parser.parse_args()
     pieces = [p for p in held_out_seats(options.furniture) if p.category in options.categories]
     both = [[], []]
@@ -52,7 +53,9 @@ def main() -> int:
         for take in takes:
             around = Surroundings(view.geometry.triangles, np.zeros(len(view.geometry)), take.floor)
             begun = time.perf_counter()
-            made = refine(take.motion, around, take.goal, measured=False)
+            made = refine(
+                take.motion, around, take.goal, settings=Settings(thin=options.thin), measured=False
+            )
             seconds = time.perf_counter() - begun
             depths = [100 * deepest(motion, around, take.floor) for motion in (take.motion, made.motion)]
             for all_, depth in zip(both, depths, strict=True):

@@ -34,7 +34,6 @@ BETAS = (0.9, 0.999)
 MARGIN = 0.006  # metres between skin and surfaces
 SOLE_THICKNESS, SOLE_MARGIN = 0.02, -0.012  # soles are put onto the ground afterwards, see feet/
 ACTIVE = 0.06  # metres from a surface within which a vertex is included
-PIERCED = 0.5  # weight of a surface sample in the body, relative to a vertex in a solid: samples are denser
 SUPPORT = 200.0  # vertices that weigh as much as a metre between a body and what supports it
 TOUCH_FROM = 0.05  # metres from a surface within which skin is attracted to it
 MIN_GAIN = 1e-2  # relative gain below which a sample counts as one without gain
@@ -42,6 +41,7 @@ MIN_GAIN = 1e-2  # relative gain below which a sample counts as one without gain
 # joints, squared radians, squared metres.
 SCALES = {
     "collision": 5.0,
+    "thin": 2.5,  # samples of surfaces are denser than vertices
     "contact": 0.01,
     "smooth": 0.05,
     "close": 1.0,
@@ -192,7 +192,7 @@ class Optimiser:
         feet = placed[:, _FEET], self.feet_at, self.standing
         if self.pierced is not None:
             depth = self.pierced.depth_at(transforms)
-            parts["collision"] = parts["collision"] + PIERCED * energies.pierced(depth, frames)
+            parts["thin"] = energies.pierced(depth, frames)
         if stage == 0:
             parts["close"] = parts["close"] + GROUND * energies.on_ground(*feet)
         else:

@@ -39,7 +39,8 @@ class Settings:
     """Weights of the energies in the two stages (appendix 2).
 
     foot, collision, contact, smooth: of the feet's locations, which the first stage leaves out, and of equations 5 to
-    7. close: of closeness to the input. limits: of the joint limits. goal: of the pelvis on its goal. strength: share
+    7. close: of closeness to the input. limits: of the joint limits. thin:
+    of thin things that pass through the body (thin_things.py); off, because on real chairs the pelvis moves too far. goal: of the pelvis on its goal. strength: share
     of the change that is kept, 0 to 1.
     """
 
@@ -49,6 +50,7 @@ class Settings:
     smooth: float = 0.25
     close: float = 1.0
     limits: float = 1.0
+    thin: float = 0.0
     goal: float = 1.0
     strength: float = 1.0
 
@@ -177,7 +179,7 @@ def _optimise(
         optimiser = Optimiser(
             motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
-            thin=ThinThings.around(motion.pose_slice(part), surroundings, body, scene.floor),
+            thin=ThinThings.around(motion.pose_slice(part), surroundings, body, scene.floor) if settings.thin else None,
         )  # fmt: skip
         report = lambda share, n=number: progress(
             "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))

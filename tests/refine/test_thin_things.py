@@ -8,7 +8,7 @@ from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.evaluation import collision
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.refine import energies
-from samp_blender.samp_addon.refine.refinement import Surroundings, refine
+from samp_blender.samp_addon.refine.refinement import Settings, Surroundings, refine
 from samp_blender.samp_addon.refine.thin_things import ThinThings
 
 BODY = human.load()
@@ -46,7 +46,7 @@ def depth(motion, scene):
 def test_a_sheet_through_the_thighs_ends_under_them():
     motion, scene = sitting(0.04), around()
     assert depth(motion, scene) > 0.03
-    made = refine(motion, scene, measured=False).motion
+    made = refine(motion, scene, settings=Settings(thin=1.0), measured=False).motion
     assert depth(made, scene) < 0.012
     assert np.abs(made.root - motion.root).max() < 0.1
 
