@@ -17,6 +17,7 @@ from scipy.ndimage import distance_transform_edt
 from ..geometry import MINIMUM_AREA, areas, extent
 from .orientation import orient_outward
 from .solids import BoxedTriangles, Surface, free_counts, solid_cells
+from .surface_samples import without_twins
 
 CELL = 0.02
 BLOCK = 8
@@ -47,7 +48,7 @@ def cached_field(triangles: np.ndarray, free: np.ndarray, floor: float | None = 
     digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
     oriented = next((field.triangles for key, field in _cache.items() if key[0] == digest), None)
     if oriented is None:
-        oriented = orient_outward(triangles)
+        oriented = orient_outward(without_twins(triangles)[0])
     outside = tuple(free_counts(BoxedTriangles.of(oriented), free)) if len(oriented) else ()
     key = digest, outside, floor
     if key not in _cache:
