@@ -51,6 +51,7 @@ def open_scene(path: str | Path) -> None:
     try:
         if kind == ".blend":
             bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+            leave_modes()
             return
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         IMPORTERS[kind](str(path))
@@ -71,7 +72,14 @@ def open_for_job(path: Path | None) -> bpy.types.Context:
         open_scene(path)
     elif bpy.data.filepath:
         bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+        leave_modes()
     return bpy.context
+
+
+def leave_modes() -> None:
+    """Go to Object Mode: a file may have been saved in Edit, Sculpt or Weight Paint Mode."""
+    if bpy.context.mode != "OBJECT" and bpy.ops.object.mode_set.poll():
+        bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def is_open() -> bool:

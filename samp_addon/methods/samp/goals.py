@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import SampError
+from ...errors import NoPlaceError, SampError
 from ...motion import SEATED, Goal
 from ...scene.seats import seats
 from ...scene.seats.seats import Seat
@@ -68,7 +68,7 @@ def draw_goals(
     triangles: (F, 3, 3) of the object. count: number of goals. obstacles: (G, 3, 3) of everything else that the body
     must not hit. floor_height: metres; the object's lowest point if omitted. The same seed gives the same goals.
     Samples without support are drawn again; where the network finds too few, the search by geometry supplies the rest.
-    Raises SampError where there is no place to sit or lie.
+    Raises NoPlaceError where there is no place to sit or lie.
     """
     if action not in SEATED:
         raise SampError(
@@ -77,7 +77,7 @@ def draw_goals(
     piece = _piece(triangles, action, obstacles, floor_height)
     support, found, grid = piece.support, piece.found, piece.grid
     if not found:
-        raise SampError(f"There is no place to {action} on this object; {_advice(action)}.")
+        raise NoPlaceError(f"There is no place to {action} on this object; {_advice(action)}.")
     # Samples meet the criterion of the training labels: not much worse than the object's best place.
     best = found[0].score
     least, enough = seats.MIN_SCORE_SHARE[action] * best, GOOD * best

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...body import human
 from ...clock import Clock
-from ...errors import SampError
+from ...errors import NoPlaceError, PathError, SampError
 from ...frames import yaw_direction
 from ...motion import SEATED, Goal, Motion
 from ...scene.distance import solids
@@ -22,6 +22,7 @@ from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import Take
+from . import refusals
 from .request import Request
 
 START_DISTANCE = (1.5, 3.5)
@@ -29,6 +30,15 @@ START_DISTANCE = (1.5, 3.5)
 
 SURROUNDINGS = 1.0
 """Metres around a target in which other things can obstruct a seated body."""
+
+BESIDE = 0.6
+"""Metres around a target within which the ground is its floor."""
+
+LEAST_RISE, ONE_STOREY = 0.05, 1.5
+"""Metres: least height of a target over its floor, and largest difference of ground on one storey."""
+
+STANDS = 0.03
+"""Metres between the ground and the lowest point of an object that stands on it."""
 
 STAND_OFF = 0.5
 """Metres between an object and a character that stands in front of it."""
@@ -90,11 +100,26 @@ class Planner:
             legs.append(paths.plan(self.mesh, start, place).waypoints)
             start = legs[-1][-1]
         if self.step.action in SEATED:
-            last = paths.plan_to_goal(self.mesh, start, goal)
+            last = self._to_seat(start, goal)
         else:
             last = paths.plan(self.mesh, start, goal.position)
         # Each leg begins where the one before it ended.
         return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints])
+
+    def _to_seat(self, start: np.ndarray, goal: Goal) -> paths.Path:
+        """Return the path to a place beside the goal. Raise SampError that names what is in the way."""
+        try:
+            return paths.plan_to_goal(self.mesh, start, goal)
+        except PathError as error:
+            known = self._refused
+            if str(error) not in known:
+                known[str(error)] = refusals.no_way(self.step, self.scene, start, goal, error)
+            raise known[str(error)] from error
+
+    @cached_property
+    def _refused(self) -> dict[str, SampError]:
+        """Errors that were explained before, by the message of the search: explaining takes seconds."""
+        return {}
 
     @cached_property
     def _front(self) -> float:
@@ -113,11 +138,27 @@ class Planner:
         found = chosen[noise % len(chosen) :] if chosen else []
         found = found or self._sampled(noise)
         if not found:
-            raise SampError(f"There is no place to {step.action} on '{step.target}'; choose another object.")
+            raise self._no_place
         return found[0]
 
     def _sampled(self, noise: int) -> Sequence[Goal]:
-        return self.sample_goals(self.scene.target, self.step.action, 1, noise, self._surroundings)
+        """Return GoalNet's goal, or none where the target has no place."""
+        floor = () if self._floor is None else (self._floor,)
+        try:
+            return self.sample_goals(
+                self.scene.target, self.step.action, 1, noise, self._surroundings, *floor
+            )
+        except NoPlaceError:
+            return ()
+
+    @cached_property
+    def _no_place(self) -> SampError:
+        return refusals.no_place(self.step, self.scene, self._floor, SURROUNDINGS)
+
+    @cached_property
+    def _floor(self) -> float | None:
+        """Height of the floor beside the target, metres; None where the target stands on it."""
+        return floor_beside(self.mesh, self.scene.target)
 
     @cached_property
     def _surroundings(self) -> np.ndarray:
@@ -146,6 +187,23 @@ class Planner:
         wanted = np.array([middle[0], low[1], middle[2]]) + out * reach
         position = self.mesh.ground.points(np.array(self.mesh.nearest(wanted)))
         return Goal(position, _horizontal(middle - position), self.step.action)
+
+
+def floor_beside(mesh: navigation.NavMesh, target: np.ndarray) -> float | None:
+    """Return the height of the ground beside an object, metres, or None where the object stands on it.
+
+    target: (F, 3, 3) of the object, which may lie on a frame, hang, or be fixed to a wall.
+    """
+    low, high = extent(target)
+    points = mesh.points
+    beside = ((points >= low - BESIDE) & (points <= high + BESIDE))[:, [0, 2]].all(axis=1)
+    below = points[beside & (points[:, 1] < high[1] - LEAST_RISE), 1]
+    if not len(below):
+        return None
+    # Of several storeys, the one right below the object.
+    below = below[below > below.max() - ONE_STOREY]
+    floor = float(np.median(below))
+    return None if abs(floor - low[1]) < STANDS else floor
 
 
 def _with_direction(goal: Goal, waypoints: np.ndarray, yaw: float) -> Goal:
