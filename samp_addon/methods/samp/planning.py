@@ -14,9 +14,11 @@ from ...errors import NoPlaceError, PathError, SampError
 from ...frames import yaw_direction
 from ...motion import SEATED, Goal, Motion
 from ...scene.distance import solids
+from ...scene.distance.signed_distance import LARGE
 from ...scene.geometry import extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
+from ...scene.navmesh.lattice import clip_to_box
 from ...scene.seats.seats import infer_front_yaw
 from ..method import Draw
 from ..scene_view import SceneView
@@ -165,7 +167,10 @@ class Planner:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.scene.target, self.scene.geometry.without(self.scene.parts)
         low, high = extent(target)
-        return solids.overlapping_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
+        low, high = low - SURROUNDINGS, high + SURROUNDINGS
+        near = solids.overlapping_box(others.triangles, low, high)
+        # Towers and hills are sampled too sparsely as wholes.
+        return clip_to_box(near, low, high) if len(near) and np.ptp(near, axis=(0, 1)).max() > LARGE else near
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """Return a place on the floor; its direction is zero where none is asked for."""
