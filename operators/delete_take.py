@@ -18,9 +18,15 @@ class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
         name="All Without Star", description="Delete all takes without a star", options={"SKIP_SAVE"}
     )
 
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Ask before several takes are deleted."""
+        if not self.unstarred or bpy.app.background:
+            return self.execute(context)
+        return context.window_manager.invoke_confirm(self, event)
+
     @classmethod
     def description(cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
-        return "Delete all takes without a star" if properties.unstarred else cls.__doc__
+        return "Delete all takes without a star, after asking" if properties.unstarred else cls.__doc__
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action | None:
         return None if self.unstarred else super().take(context)

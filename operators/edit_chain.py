@@ -52,7 +52,7 @@ class SAMP_OT_edit_chain(bpy.types.Operator):
         """Return the furniture that is active or selected, for actions that need a target."""
         from ..samp_addon.blender.scene import targets
         from ..samp_addon.errors import SampError
-        from ..samp_addon.motion import SEATED
+        from ..samp_addon.vocabulary import SEATED
 
         if context.scene.samp.action not in SEATED:
             return None

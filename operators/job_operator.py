@@ -44,19 +44,24 @@ class OptionsOperator(JobOperator):
 
     target: StringProperty(
         name="Target",
-        description="Object, empty or collection of the furniture; empty: what is selected",
+        description="Object, empty or collection of the furniture; if empty, what is selected",
         options={"SKIP_SAVE"},
     )
     character: StringProperty(
         name="Character",
-        description="SMPL-X armature; empty: the selected one, the only one, or a new human",
+        description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
         options={"SKIP_SAVE"},
     )
-    seed: IntProperty(name="Seed", description="Another seed gives another take", default=0, min=0)
+    seed: IntProperty(
+        name="Seed",
+        description="Seed of the random numbers; another one gives another take",
+        default=0,
+        min=0,
+    )
     variants: IntProperty(name="Takes", description="Each is an Action of its own", default=1, min=1, max=64)
     hold: FloatProperty(
         name="Hold",
-        description="Seconds at the end",
+        description="Time to keep the final pose, in seconds",
         default=2.0,
         min=0.0,
         max=600.0,
@@ -65,7 +70,9 @@ class OptionsOperator(JobOperator):
     refine: BoolProperty(
         name="Refine", description="Correct contact, penetration and foot slide of each take; takes longer"
     )
-    use_start: BoolProperty(name="Own Start", description="Start elsewhere than where the character stands")
+    use_start: BoolProperty(
+        name="Custom Start", description="Start elsewhere than where the character stands"
+    )
     start: FloatVectorProperty(name="Start", description="Where to start", subtype="TRANSLATION", size=3)
     start_yaw: FloatProperty(
         name="Start Facing", description="Turn to the left from facing -Y, seen from above", subtype="ANGLE"

@@ -85,7 +85,7 @@ class ThreadOperator:
         return ""
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC" or self._work.cancel_requested:
+        if _escape(context, event) or self._work.cancel_requested:
             self.cancel(context)
             self.report({"INFO"}, "Stopped; nothing was changed.")
             return {"CANCELLED"}
@@ -153,6 +153,17 @@ class ThreadOperator:
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
         _redraw(context)
+
+
+def _escape(context: bpy.types.Context, event: bpy.types.Event) -> bool:
+    """Whether Esc is meant for this work: pressed, while no other modal tool, such as a move, can take it.
+
+    The tool that is ended by Esc swallows the press but not the release, and may still be listed then.
+    """
+    if event.type != "ESC" or event.value != "PRESS":
+        return False
+    running = getattr(context.window, "modal_operators", ())
+    return sum(not tool.bl_idname.startswith("SAMP_OT_") for tool in running) == 0
 
 
 def _raise(error: BaseException) -> Callable[[], NoReturn]:

@@ -9,11 +9,6 @@ import numpy as np
 
 from . import rotation, skeleton
 
-ACTIONS = ("idle", "walk", "run", "sit", "lie")
-SEATED = ("sit", "lie")
-"""The actions that rest the body on an object."""
-CONTACTS = ("pelvis", "right_hand", "left_hand", "right_foot", "left_foot")
-
 
 def velocities(positions: np.ndarray, fps: float) -> np.ndarray:
     """Return central differences (T, ...) of positions (T, ...) per second; zero for a single frame."""
@@ -26,7 +21,7 @@ class Motion:
 
     root: (T, 3) world position of the pelvis joint (not SMPL's ``trans``, which is this minus the rest pelvis).
     rotations: (T, J, 4) local joint rotations, quaternions w, x, y, z, in the order of skeleton.JOINTS; J is 22 or 55.
-    contacts: (T, 5) from 0 to 1, in the order of CONTACTS. actions: (T, 5) weights, in the order of ACTIONS.
+    contacts: (T, 5) from 0 to 1, in the order of vocabulary.CONTACTS. actions: (T, 5) weights, in that of ACTIONS.
     rest_joints: (J, 3) rest positions with the pelvis at the origin. fps: frames per second.
     interaction_start: frame index in which sitting or lying down begins, or None.
     """

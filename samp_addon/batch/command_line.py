@@ -80,6 +80,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help=".blend with one Action for each take, the first one active",
     )
+    add("--overwrite", action="store_true", help="let --output replace the scene's own file")
     add("--npz", type=file_name, metavar="DIR", help="folder for each take as AMASS SMPL-X .npz")
     add("--report", type=file_name, metavar="FILE", help="JSON about what was made")
     add(

@@ -62,9 +62,12 @@ class Ledger:
 
 
 def fingerprint(order: Order) -> str:
-    """Return a name that changes with any option, and when the scene's file is saved again."""
+    """Return a name that changes with any option and with the scene's file, and when that is saved again."""
     options = order.options()
-    if order.scene is not None and order.scene.is_file():
-        stat = order.scene.stat()
-        options["saved"] = [stat.st_mtime_ns, stat.st_size]
+    scene = order.scene or order.opened
+    if scene is not None:
+        options["scene"] = str(scene.absolute())
+        if scene.is_file():
+            stat = scene.stat()
+            options["saved"] = [stat.st_mtime_ns, stat.st_size]
     return hashlib.sha256(json.dumps(options, sort_keys=True).encode()).hexdigest()

@@ -58,7 +58,7 @@ def main(arguments: Sequence[str], tools: Toolbox | None = None) -> int:
 
 
 def _one(options: Mapping[str, Any], tools: Toolbox | None) -> int:
-    made = order(options)
+    made = order(options, open_scene.open_file())
     _require_scene(made)
     outcome = _carry_out(made, tools)
     for error in outcome.errors:
@@ -76,7 +76,7 @@ def _many(options: Mapping[str, Any], tools: Toolbox | None) -> int:
     lines = jobs_file.lines(path)
     shared = {name: value for name, value in options.items() if name not in ("jobs", "report")}
     report = Path(options["report"]) if "report" in options else None
-    run = _Run(shared, Ledger.beside(path), tools)
+    run = _Run(shared, Ledger.beside(path), tools, open_scene.open_file())
     variants, errors = [], []
     for count, (number, text) in enumerate(lines, start=1):
         entry, outcome, state = run.line(number, text, f"{count}/{len(lines)} ")
@@ -93,11 +93,12 @@ def _many(options: Mapping[str, Any], tools: Toolbox | None) -> int:
 
 @dataclass
 class _Run:
-    """One run over a jobs file. claimed: which line writes which file."""
+    """One run over a jobs file. opened: the file that was open at its start. claimed: which line writes which file."""
 
     shared: Mapping[str, Any]
     ledger: Ledger
     tools: Toolbox | None
+    opened: Path | None
     claimed: dict[Path, tuple[int, str]] = field(default_factory=dict)
 
     def line(self, number: int, text: str | SampError, label: str) -> tuple[dict, Outcome, str]:
@@ -106,7 +107,7 @@ class _Run:
         try:
             if isinstance(text, SampError):
                 raise text
-            made = order(jobs_file.options(text, self.shared))
+            made = order(jobs_file.options(text, self.shared), self.opened)
             entry["job"] = made.options()
             _require_scene(made)
             self._claim(made, number)
@@ -140,7 +141,7 @@ def _carry_out(
     """Carry out one order, from its file to its files; errors are in the outcome. label: before each take's line."""
     try:
         with quiet() as say:
-            context, done = open_scene.open_for_job(made.scene, made.units, made.up), []
+            context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
 
             def on_take(take: Take) -> None:
                 done.append(take)
@@ -179,7 +180,7 @@ def _require_scene(made: Order) -> None:
 
 def npz_paths(made: Order) -> dict[int, Path]:
     """Return where each seed's take goes, named after scene, action, target and seed."""
-    scene = (made.scene or open_scene.open_file() or Path("untitled")).stem
+    scene = (made.scene or made.opened or Path("untitled")).stem
     words = [scene, *(word for step in made.job.steps for word in (step.action, step.target))]
     stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
     return {seed: made.npz / f"{stem}_{seed}.npz" for seed in made.job.seeds}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -20,13 +21,19 @@ ROW = ("action", "target", "to")  # options that steps in a row have one each of
 
 @dataclass(frozen=True)
 class Order:
-    """A job of the batch: what to make, from which file, and what to write. Paths are as the user gave them."""
+    """A job of the batch: what to make, from which file, and what to write. Paths are as the user gave them.
+
+    opened: the file that Blender has open, where no scene is named. overwrite: whether the output may replace the
+    scene's own file.
+    """
 
     job: Job
     scene: Path | None = None
     output: Path | None = None
     npz: Path | None = None
     report: Path | None = None
+    opened: Path | None = None
+    overwrite: bool = False
     units: str | None = None
     up: str | None = None
 
@@ -42,14 +49,17 @@ class Order:
         return json.loads(json.dumps(found))
 
 
-def order(options: Mapping[str, Any]) -> Order:
-    """Return the order of parsed options, see command_line.parse. Raise UsageError for unusable ones."""
+def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
+    """Return the order of parsed options, see command_line.parse. Raise UsageError for unusable ones.
+
+    opened: the file that Blender has open.
+    """
     method = registry.find(options.get("method", registry.DEFAULT))
     if method.actions and not options.get("action"):
         raise UsageError("Say what to do with --action: " + ", ".join(method.actions) + ".")
     own = {option.name for option in method.options}
     plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
-    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW})
+    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite"})
     if foreign:
         raise UsageError(f"The method '{method.name}' has no option '{foreign[0]}'; leave it out.")
     first, *rest = _row(options)
@@ -62,15 +72,30 @@ def order(options: Mapping[str, Any]) -> Order:
     job = Job(
         **first, **values, settings=settings, then=tuple(Step(**step, method=method.name) for step in rest)
     )
-    read = {name: options[name] for name in IMPORT if name in options}
-    made = Order(job, **{name: Path(options[name]) for name in PATHS if name in options}, **read)
-    if read and (made.scene is None or made.scene.suffix.lower() == ".blend"):
-        raise UsageError(f"--{next(iter(read))} is for imported scenes, such as .obj; scale a .blend in Blender.")
+    made = Order(
+        job,
+        **{name: Path(options[name]) for name in PATHS if name in options},
+        **{name: options[name] for name in IMPORT if name in options},
+        opened=opened,
+        overwrite=options.get("overwrite", False),
+    )
+    if (made.units or made.up) and (made.scene is None or made.scene.suffix.lower() == ".blend"):
+        raise UsageError("--units and --up are for imported scenes, such as .obj; scale a .blend in Blender.")
     if made.output is None and made.npz is None and made.report is None:
         raise UsageError("Say where the result goes with --output, --npz or --report.")
     if made.output is not None and made.output.suffix != ".blend":
         raise UsageError(f"--output is '{made.output}'; name a .blend file.")
+    scene = made.scene or opened
+    if made.output is not None and scene is not None and not made.overwrite and _same(made.output, scene):
+        raise UsageError(
+            f"--output is the scene '{scene.name}' itself; name another file, or add --overwrite to replace it."
+        )
     return made
+
+
+def _same(one: Path, two: Path) -> bool:
+    """Whether two names are of the same file, by whatever links they lead there."""
+    return os.path.realpath(one) == os.path.realpath(two)
 
 
 def _row(options: Mapping[str, Any]) -> list[dict[str, Any]]:

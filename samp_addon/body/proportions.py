@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from .. import skeleton
-from ..motion import CONTACTS, Motion
+from ..motion import Motion
+from ..vocabulary import CONTACTS
 
 # Height of the default human's pelvis joint over the seat, metres.
 _SEAT_THICKNESS = 0.09

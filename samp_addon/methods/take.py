@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..frames import direction_yaw
-from ..motion import SEATED, Goal, Motion
+from ..motion import Goal, Motion
 from ..refine.refinement import Refined
+from ..vocabulary import SEATED
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from ..methods.method import Draw, Method
 from ..methods.scene_view import SceneView
 from ..methods.step import Step
 from ..methods.take import Failure, Take
-from ..motion import SEATED
 from ..progress import Progress
+from ..vocabulary import SEATED
 
 ATTEMPTS = 3
 """A take that fails or ends off its goal is tried again with other noise, which also draws another place."""

@@ -16,12 +16,13 @@ from .. import frames, rotation, skeleton
 from ..body.hands import complete
 from ..body.proportions import leg_length
 from ..easing import smoothstep
-from ..motion import CONTACTS, Motion
+from ..motion import Motion
 from ..refine.feet.foot import BALL_HEIGHT, FEET, HEEL_BACK, Foot
 from ..refine.feet.foot_lock import lock_to_plans
 from ..refine.feet.plan import FootPlan, plan_feet
 from ..refine.inverse_kinematics import solve_limb
 from ..refine.runs import runs
+from ..vocabulary import CONTACTS
 from .fitting import Fit, fit
 from .footprints import Footprints
 from .landmarks import hips, seat_depth

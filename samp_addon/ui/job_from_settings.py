@@ -8,7 +8,7 @@ import bpy
 
 from ..errors import SampError
 from ..methods import registry
-from ..motion import SEATED
+from ..vocabulary import SEATED
 from . import method_options
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import bpy
 
 from ..blender.actions import notes
 from ..blender.rigs import bone_table
-from ..motion import SEATED
+from ..vocabulary import SEATED
 from .panel import InPanel
 
 COLUMNS = ("position_error_cm", "penetration_max_cm", "foot_slide_cm_s")
@@ -90,7 +90,7 @@ class SAMP_PT_takes(InPanel, bpy.types.Panel):
         )
         chosen = _active_take(settings)
         column = row.column(align=True)
-        for name, icon in (("push_down_take", "NLA_PUSHDOWN"), ("delete_take", "TRASH")):
+        for name, icon in (("push_down_take", "NLA_PUSHDOWN"), ("delete_take", "REMOVE")):
             button = column.row(align=True)
             button.enabled = chosen is not None
             made = button.operator(f"samp.{name}", text="", icon=icon)
@@ -99,7 +99,8 @@ class SAMP_PT_takes(InPanel, bpy.types.Panel):
         fit.enabled = chosen is not None
         made = fit.operator("samp.show_take", text="", icon="PREVIEW_RANGE")
         made.action_name, made.fit = chosen.name if chosen is not None else "", True
-        column.operator("samp.delete_take", text="", icon="REMOVE").unstarred = True
+        column.separator()
+        column.operator("samp.delete_take", text="", icon="TRASH").unstarred = True
         if chosen is not None:
             _draw_measures(layout, chosen)
 

@@ -9,7 +9,7 @@ import bpy
 
 from ..blender import running_work
 from ..methods import registry
-from ..motion import SEATED
+from ..vocabulary import SEATED
 from . import job_from_settings, method_options
 from .settings import SHAPES
 

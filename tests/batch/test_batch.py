@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 import runpy
+import subprocess
 import sys
 
 import bpy
 import numpy as np
 import pytest
-from batch_runs import ROOT, bake, load
+from batch_runs import FAKES, ROOT, bake, load
 
 
 def states(said):
@@ -195,6 +196,48 @@ def test_all_jobs_done_is_status_zero_and_a_changed_scene_is_done_again(room, tm
         status, said, complained = bake("--jobs", path, cwd=tmp_path)
         assert (status, complained) == (0, "")
         assert states(said) == [expected]
+
+
+def test_the_open_file_is_part_of_what_is_done(room, tmp_path):
+    """A jobs file without a scene, run on one file, is not done for another one; a line's scene opens for it alone."""
+    scenes = [tmp_path / "A.blend", tmp_path / "B.blend"]
+    for scene in scenes:
+        scene.write_bytes(room[0].read_bytes())
+    lines = [{"npz": "npz"}, {"npz": "other", "scene": str(room[0])}, {"npz": "npz", "seed": 1}]
+    path = jobs_file(tmp_path, room, *lines)
+    path.write_text(path.read_text().replace(f'"scene": "{room[0]}", ', "", 1))
+    text = [json.loads(line) for line in path.read_text().splitlines()]
+    del text[2]["scene"]
+    path.write_text("\n".join(map(json.dumps, text)))
+    script = "import sys, bpy; bpy.ops.wm.open_mainfile(filepath=sys.argv[1]); sys.argv[1:] = sys.argv[2:];"
+    for scene, expected in (
+        (scenes[0], ["done", "done", "done"]),
+        (scenes[1], ["done", "done before", "done"]),
+        (scenes[0], ["done before"] * 3),
+    ):
+        run = f"{script} import runpy; runpy.run_path({str(FAKES)!r}, run_name='__main__')"
+        command = [sys.executable, "-c", run, str(scene), "--jobs", str(path)]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+        assert (
+            states("\n".join(line for line in done.stdout.splitlines() if line.startswith("bake:")))
+            == expected
+        )
+    names = sorted(file.name for file in (tmp_path / "npz").iterdir())
+    assert names == [f"{stem}_sit_Sofa_{seed}.npz" for stem in "AB" for seed in (0, 1)]
+
+
+@pytest.mark.parametrize("through_a_link", [False, True])
+def test_the_scene_itself_is_not_written_over(room, tmp_path, through_a_link):
+    scene = tmp_path / "room.blend"
+    scene.write_bytes(room[0].read_bytes())
+    output = tmp_path / "link.blend" if through_a_link else scene
+    if through_a_link:
+        output.symlink_to(scene)
+    options = ["--scene", scene, "--action", "idle", "--start", *room[1], "--output", output]
+    status, _, complained = bake(*options, cwd=tmp_path)
+    assert status == 2 and "--overwrite" in complained and scene.read_bytes() == room[0].read_bytes()
+    assert bake(*options, "--overwrite", cwd=tmp_path)[0] == 0
+    assert output.read_bytes() != room[0].read_bytes()
 
 
 def test_options_beside_a_jobs_file_are_for_all_its_lines(room, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import bpy
@@ -21,6 +22,7 @@ from samp_blender.samp_addon.blender.thread_run import Cancelled, ThreadRun
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.methods.samp import networks
 from samp_blender.samp_addon.methods.samp.networks import Networks
+from samp_blender.samp_addon.pipeline import driver
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine import refinement
 from screen import Screen
@@ -237,7 +239,9 @@ def test_escape_cancels_and_cleans_up(start, monkeypatch):
 
     monkeypatch.setattr(networks, "trained", lambda: Networks(fakes.sample_goals, endless))
     operator, screen = pressed(Job(action="sit", target="Sofa"))
-    tick, escape, wheel = (SimpleNamespace(type=kind) for kind in ("TIMER", "ESC", "WHEELUPMOUSE"))
+    tick, escape, wheel = (
+        SimpleNamespace(type=kind, value="PRESS") for kind in ("TIMER", "ESC", "WHEELUPMOUSE")
+    )
     deadline = time.time() + 60
     while "Moving" not in (screen.status or "") and time.time() < deadline:
         assert operator.modal(screen, tick) == {"PASS_THROUGH"}
@@ -268,9 +272,9 @@ def test_networks_are_loaded_in_a_thread(start, monkeypatch, ends):
         "PASS_THROUGH"
     }
     if ends == "ESC":
-        assert operator.modal(screen, SimpleNamespace(type="ESC")) == {"CANCELLED"}
+        assert operator.modal(screen, SimpleNamespace(type="ESC", value="PRESS")) == {"CANCELLED"}
     else:
-        outcome, _ = written(operator, screen, lambda told: told in ({"FINISHED"}, {"CANCELLED"}))
+        outcome, _ = written(operator, screen, lambda outcome: outcome in ({"FINISHED"}, {"CANCELLED"}))
         assert outcome == ({"CANCELLED"} if ends == "failed" else {"FINISHED"})
         assert ("Nothing" in operator.reports[0][1]) == (ends == "failed")
     assert len(bpy.data.actions) == (ends == "done")
@@ -283,7 +287,7 @@ MANY = Job(action="sit", target="Sofa", seed=4, variants=8)
 def slow_measures(monkeypatch):
     """Let measuring take longer than a slice of writing."""
     real = baking.reporting.measured
-    monkeypatch.setattr(baking.reporting, "measured", lambda *told: (time.sleep(0.1), real(*told))[1])
+    monkeypatch.setattr(baking.reporting, "measured", lambda *values: (time.sleep(0.1), real(*values))[1])
 
 
 def written(operator, screen, until):
@@ -300,7 +304,7 @@ def test_takes_are_written_in_slices_between_redraws(start, monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
     slow_measures(monkeypatch)
     operator, screen = pressed(MANY)
-    outcome, shown = written(operator, screen, lambda told: told == {"FINISHED"})
+    outcome, shown = written(operator, screen, lambda outcome: outcome == {"FINISHED"})
     assert outcome == {"FINISHED"} and operator.reports[0][0] == {"INFO"}
     assert len(bpy.data.actions) == 8 and (screen.timers, screen.status) == ([], None)
     assert len({status for status in shown if status and "Measuring" in status}) > 1
@@ -309,7 +313,7 @@ def test_takes_are_written_in_slices_between_redraws(start, monkeypatch):
 
 def writing(operator):
     """Return whether some takes are written."""
-    return lambda told: len(bpy.data.actions) > 2 and operator._run.stage == "Measuring"
+    return lambda outcome: len(bpy.data.actions) > 2 and operator._run.stage == "Measuring"
 
 
 def test_escape_while_writing_removes_written_takes(start, monkeypatch):
@@ -318,8 +322,64 @@ def test_escape_while_writing_removes_written_takes(start, monkeypatch):
     operator, screen = pressed(MANY)
     written(operator, screen, writing(operator))
     assert len(bpy.data.actions) > 2
-    assert operator.modal(screen, SimpleNamespace(type="ESC")) == {"CANCELLED"}
+    assert operator.modal(screen, SimpleNamespace(type="ESC", value="PRESS")) == {"CANCELLED"}
     assert len(bpy.data.actions) == 0 and running_work.current() is None
+
+
+@pytest.mark.parametrize(
+    ("value", "tools", "stops"),
+    [
+        ("PRESS", [], True),
+        ("RELEASE", [], False),  # a move that Esc has just ended swallows the press only
+        ("PRESS", ["TRANSFORM_OT_translate"], False),
+        ("PRESS", ["SAMP_OT_sit_here"], True),
+    ],
+)
+def test_escape_is_for_the_tool_that_is_used(start, monkeypatch, value, tools, stops):
+    monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
+    operator, screen = pressed(Job(action="sit", target="Sofa"))
+    screen.window = SimpleNamespace(modal_operators=[SimpleNamespace(bl_idname=name) for name in tools])
+    outcome = operator.modal(screen, SimpleNamespace(type="ESC", value=value))
+    assert outcome == ({"CANCELLED"} if stops else {"PASS_THROUGH"})
+    if not stops:
+        operator.cancel(screen)
+
+
+def add_something(number):
+    """What an artist adds meanwhile, of every kind that a job makes, too."""
+    mesh, action = bpy.data.meshes.new(f"Mine {number}"), bpy.data.actions.new(f"My move {number}")
+    thing = bpy.data.objects.new(f"Mine {number}", mesh)
+    collection = bpy.data.collections.new(f"Mine {number}")
+    bpy.context.scene.collection.children.link(collection)
+    collection.objects.link(thing)
+    mesh.materials.append(bpy.data.materials.new(f"Mine {number}"))
+    thing.animation_data_create()
+    bpy.data.armatures.new(f"Mine {number}")
+    action.use_fake_user = True
+
+
+@pytest.mark.parametrize("moment", range(30))
+@pytest.mark.parametrize("new_character", [True, False])
+def test_a_cancel_keeps_what_the_artist_made_meanwhile(start, monkeypatch, moment, new_character):
+    if new_character:
+        bpy.data.objects.remove(bpy.data.objects["Human"])
+    plan = baking.read(bpy.context, replace(MANY, variants=3))
+    made = driver.run(plan.work, tools=fakes.TOOLS)
+    kinds = ("objects", "meshes", "actions", "armatures", "materials", "collections")
+    before = {kind: set(getattr(bpy.data, kind).keys()) for kind in kinds}
+    slices = baking.in_slices(bpy.context, plan, *made)
+    own = 0
+    for count, _ in enumerate(slices):
+        if count % 3 == moment % 3:
+            add_something(own)
+            own += 1
+        if count >= moment // 4:
+            break
+    slices.close()
+    for kind in kinds:
+        added = set(getattr(bpy.data, kind).keys()) - before[kind]
+        assert len(added) == own and all(name.startswith(("Mine", "My move")) for name in added), kind
+        assert before[kind] <= set(getattr(bpy.data, kind).keys())
 
 
 def test_character_deleted_while_writing(start, monkeypatch):
@@ -328,7 +388,7 @@ def test_character_deleted_while_writing(start, monkeypatch):
     operator, screen = pressed(MANY)
     written(operator, screen, writing(operator))
     bpy.data.objects.remove(bpy.data.objects["Human"])
-    outcome, _ = written(operator, screen, lambda told: told == {"CANCELLED"})
+    outcome, _ = written(operator, screen, lambda outcome: outcome == {"CANCELLED"})
     assert operator.reports == [({"ERROR"}, "The character is gone since the work was begun; start again.")]
     assert len(bpy.data.actions) == 0 and running_work.current() is None
 
@@ -349,9 +409,9 @@ def test_cancel_button_stops_at_the_next_timer_event(start, monkeypatch):
 def test_measure_equals_its_function(start):
     bpy.ops.samp.sit_here(target="Sofa")
     assert bpy.ops.samp.measure() == {"FINISHED"}
-    told = json.loads(bpy.data.texts[measure.TEXT].as_string())
+    written_ = json.loads(bpy.data.texts[measure.TEXT].as_string())
     name, numbers = measure.measure_take(bpy.context)
-    assert told == json.loads(json.dumps({"action": name, "metrics": numbers}))
+    assert written_ == json.loads(json.dumps({"action": name, "metrics": numbers}))
     assert numbers["success"] is True
 
 

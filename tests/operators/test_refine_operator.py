@@ -489,7 +489,7 @@ def test_escape_cancels(owner, monkeypatch):
 
     made, screen = Pressed(), Screen()
     made._begin(screen)
-    tick, escape = SimpleNamespace(type="TIMER"), SimpleNamespace(type="ESC")
+    tick, escape = SimpleNamespace(type="TIMER"), SimpleNamespace(type="ESC", value="PRESS")
 
     def shown():
         made.modal(screen, tick)

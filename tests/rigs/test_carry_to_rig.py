@@ -17,11 +17,12 @@ from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.rigs import bone_table, carry_to_rig, read_rig
 from samp_blender.samp_addon.blender.takes import baking
-from samp_blender.samp_addon.motion import CONTACTS, Motion
+from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine.feet import plan as foot_plan
 from samp_blender.samp_addon.rigs import landmarks, maps, retargeting
 from samp_blender.samp_addon.rigs.footprints import Footprints
+from samp_blender.samp_addon.vocabulary import CONTACTS
 from samp_blender.tests.support.blender import rigs
 
 LEGS = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]

@@ -10,10 +10,11 @@ from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.errors import RolloutError, SampError
 from samp_blender.samp_addon.methods.samp.method import Samp
 from samp_blender.samp_addon.methods.samp.networks import Networks
-from samp_blender.samp_addon.motion import ACTIONS, Motion
+from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.pipeline.driver import Toolbox
 from samp_blender.samp_addon.refine.refinement import Refined, Settings
 from samp_blender.samp_addon.scene.seats import seats
+from samp_blender.samp_addon.vocabulary import ACTIONS
 
 SPEED = 1.2
 

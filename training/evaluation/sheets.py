@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...samp_addon.motion import SEATED
+from ...samp_addon.vocabulary import SEATED
 from ..look import cut, look
 from .takes import Results
 

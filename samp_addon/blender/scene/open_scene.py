@@ -74,7 +74,8 @@ def open_scene(path: str | Path) -> None:
 def open_for_job(
     path: Path | None, units: str | None = None, up: str | None = None
 ) -> bpy.types.Context:
-    """Open a scene's file, or the open file afresh, so that no job finds what another one has made.
+    """Open a file afresh, so that no job finds what another one has made; None is the scene of a Blender that was
+    never saved.
 
     units, up: of an imported file, a key of METRES and the axis "Y" or "Z" that points up in it. Return the context.
     Raise SampError as `open_scene`.
@@ -84,9 +85,6 @@ def open_for_job(
         if units or up:
             _convert(bpy.context.scene, METRES[units or "m"], up == "Z")
             bpy.context.scene[CONVERTED_KEY] = " ".join(filter(None, (units, up)))
-    elif bpy.data.filepath:
-        bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
-        leave_modes()
     return bpy.context
 
 

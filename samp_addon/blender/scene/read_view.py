@@ -13,7 +13,7 @@ from ... import frames
 from ...methods import registry
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
-from ...motion import SEATED
+from ...vocabulary import SEATED
 from ...scene.furniture import parts, room
 from ...scene.furniture.belongings import belongings
 from ...scene.geometry import SceneGeometry

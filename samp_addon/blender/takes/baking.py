@@ -129,18 +129,20 @@ def in_slices(
     obstacles, measured = Obstacles(plan.geometry.triangles), []
     pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
     try:
-        owner = plan.owner or _new_character(context, takes[0])
+        with rollback.recording():
+            owner = plan.owner or _new_character(context, takes[0])
         body = character.body_of(owner)
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
-            action = keyframes.write_motion(
-                owner,
-                take.motion,
-                _name(plan.work.job, take),
-                context.scene.frame_start,
-                context.scene,
-                False,
-            )
+            with rollback.recording():
+                action = keyframes.write_motion(
+                    owner,
+                    take.motion,
+                    _name(plan.work.job, take),
+                    context.scene.frame_start,
+                    context.scene,
+                    False,
+                )
             written.append(action)
             if take.goal is not None:
                 notes.write_goal(action, take.goal)

@@ -12,12 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+<<<<<<< HEAD
 from ...errors import NoPlaceError, SampError
 from ...motion import SEATED, Goal
+=======
+from ...errors import SampError
+from ...motion import Goal
+>>>>>>> main
 from ...scene.seats import seats
 from ...scene.seats.seats import Seat
 from ...scene.seats.support import SupportMap
 from ...scene.voxels import InteractionGrid
+from ...vocabulary import SEATED
 from .load_networks import load_goal_net
 
 ROUNDS = 6

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...errors import PathError, SampError, UsageError
-from ...motion import ACTIONS, SEATED
+from ...vocabulary import ACTIONS, SEATED
 from ..method import Draw, Option
 
 if TYPE_CHECKING:
@@ -106,3 +106,6 @@ def trained_networks() -> Networks:
 def _paced(motion: Motion, speed: float) -> Motion:
     """Return the motion faster or slower by a factor, at the same frame rate."""
     return motion if speed == 1 else replace(motion, fps=motion.fps * speed).resampled(motion.fps)
+
+
+METHOD = Samp()

@@ -12,7 +12,7 @@ from ...body import human
 from ...clock import Clock
 from ...errors import NoPlaceError, PathError, SampError
 from ...frames import yaw_direction
-from ...motion import SEATED, Goal, Motion
+from ...motion import Goal, Motion
 from ...scene.distance import solids
 from ...scene.distance.signed_distance import LARGE
 from ...scene.geometry import extent
@@ -20,6 +20,7 @@ from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
 from ...scene.navmesh.lattice import clip_to_box
 from ...scene.seats.seats import infer_front_yaw
+from ...vocabulary import SEATED
 from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step

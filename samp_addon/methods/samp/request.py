@@ -13,7 +13,7 @@ from ...motion import Goal, Motion
 class Request:
     """Request for one take; network frame, metres, radians.
 
-    start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of motion.ACTIONS.
+    start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of vocabulary.ACTIONS.
     goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
     from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
     seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the

@@ -7,7 +7,8 @@ from copy import copy
 
 import numpy as np
 
-from ...motion import ACTIONS, SEATED, Goal
+from ...motion import Goal
+from ...vocabulary import ACTIONS, SEATED
 
 REACHED = 0.3  # metres at which a way-point counts as reached
 NEAR_GOAL = 0.5  # metres from the goal within which a corner is not a sub-goal

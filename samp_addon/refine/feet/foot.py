@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import rotation, skeleton
-from ...motion import CONTACTS
+from ...vocabulary import CONTACTS
 
 BALL_HEIGHT = 0.0276  # of the ball joint over the sole, default human
 HEEL_BACK = 0.045  # from the ankle joint to the heel

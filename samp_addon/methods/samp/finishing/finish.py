@@ -8,8 +8,9 @@ import numpy as np
 
 from .... import frames, rotation
 from ....easing import smoothstep
-from ....motion import ACTIONS, SEATED, Motion
+from ....motion import Motion
 from ....refine.feet.foot_lock import lock_feet
+from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
 from .resting import RestingTop
 from .seat_edge import SeatFront

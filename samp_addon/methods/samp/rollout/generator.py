@@ -9,9 +9,10 @@ import numpy as np
 
 from .... import rotation, skeleton
 from ....errors import RolloutError, SampError
-from ....motion import ACTIONS, Motion
+from ....motion import Motion
 from ....progress import show
 from ....torch_threads import single_thread
+from ....vocabulary import ACTIONS
 from ..finishing import finish
 from ..load_networks import MotionNetwork, load_motion_net
 from ..request import Request

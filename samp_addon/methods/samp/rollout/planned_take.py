@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....motion import SEATED
 from ....scene.geometry import sample_surface
 from ....scene.voxels import InteractionGrid
+from ....vocabulary import SEATED
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
 from ..request import Request

@@ -12,7 +12,7 @@ import torch
 from .....models.state import FPS, SAMPLE_STRIDE
 from ....easing import smoothstep
 from ....frames import wrap_angle
-from ....motion import ACTIONS
+from ....vocabulary import ACTIONS
 from ..route import SPEED_UP, Routes
 from .rollout import FUTURE
 from .tracking import RolloutProgress

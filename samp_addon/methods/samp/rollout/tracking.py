@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....motion import ACTIONS
+from ....vocabulary import ACTIONS
 from ..request import Request
 from ..route import SPEED_UP, Route, Routes, pad_rows
 
