@@ -120,7 +120,6 @@ class _Solids:
         self._surface = Surface(self._near(close)) if close.any() else None
         return self._surface
 
-
     def _near(self, close: np.ndarray) -> np.ndarray:
         """Return the flagged triangles; large ones, such as a ground of 2 km, cropped to what was reached."""
         triangles = self._scene.triangles[close]

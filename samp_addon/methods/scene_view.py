@@ -23,8 +23,8 @@ class SceneView:
     parts: names of the target's objects in `geometry`. start: floor position (3,) and yaw in radians, or None for a
     free place. destination: floor position (3,) and yaw or None. goals: places on the target that the artist has
     chosen. via: floor positions (3,) that the path passes, in order. characters: names of objects
-    in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that these go on from;
-    `start` counts for nothing then.
+    in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that these
+    go on from; `start` counts for nothing then.
     """
 
     geometry: SceneGeometry

@@ -37,7 +37,11 @@ def gather(
     pieces: dict[str, list[np.ndarray]] = {}
     tiny = _Scattered()
     for owner, instance, renderable in _shown_meshes(context):
-        if not renderable or not wanted(owner) or (members is not None and _member(owner, instance) not in members):
+        if (
+            not renderable
+            or not wanted(owner)
+            or (members is not None and _member(owner, instance) not in members)
+        ):
             continue
         name = _name(owner, instance)
         if instance.is_instance and owner.instance_type != "COLLECTION" and tiny.skip(name, instance):

@@ -71,9 +71,7 @@ def open_scene(path: str | Path) -> None:
         raise SampError(f"'{path.name}' has no objects or cannot be read; open it in Blender to check.")
 
 
-def open_for_job(
-    path: Path | None, units: str | None = None, up: str | None = None
-) -> bpy.types.Context:
+def open_for_job(path: Path | None, units: str | None = None, up: str | None = None) -> bpy.types.Context:
     """Open a file afresh, so that no job finds what another one has made; None is the scene of a Blender that was
     never saved.
 

@@ -40,7 +40,9 @@ def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] =
     collection instance INSTANCE/MEMBER. Raise SampError, naming the object, for NaN.
     """
     left_out = with_dependants(context, exclude)
-    return SceneGeometry.from_objects(meshes.gather(context, lambda owner: owner not in left_out, hidden=True))
+    return SceneGeometry.from_objects(
+        meshes.gather(context, lambda owner: owner not in left_out, hidden=True)
+    )
 
 
 def cushion_depths(context: bpy.types.Context, names: Iterable[str]) -> np.ndarray:
@@ -142,9 +144,7 @@ def _everything(collection: bpy.types.Collection) -> list[bpy.types.Object]:
     return list(found)
 
 
-def find_target(
-    context: bpy.types.Context, name: str
-) -> bpy.types.Object | bpy.types.Collection | Member:
+def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy.types.Collection | Member:
     """Return the object or collection of this name, or the member of a collection instance, INSTANCE/MEMBER.
 
     Raise SampError with close names where there is none.
@@ -216,7 +216,9 @@ def _raise_nothing_read(
     parts: set[bpy.types.Object],
 ) -> None:
     if parts and all(map(meshes.is_hull, parts)):
-        raise SampError(f"'{target.name}' is a collision hull and not furniture; choose the object it encloses.")
+        raise SampError(
+            f"'{target.name}' is a collision hull and not furniture; choose the object it encloses."
+        )
     rendered = meshes.rendered_objects(context.scene.collection)
     solid = (o for o in parts if o.type in SURFACE_TYPES or o.instance_type == "COLLECTION")
     if any(o not in rendered or not o.visible_get(view_layer=context.view_layer) for o in solid):

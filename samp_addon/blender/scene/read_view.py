@@ -13,10 +13,10 @@ from ... import frames
 from ...methods import registry
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
-from ...vocabulary import SEATED
 from ...scene.furniture import parts, room
 from ...scene.furniture.belongings import belongings
 from ...scene.geometry import SceneGeometry
+from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
 from . import read_scene

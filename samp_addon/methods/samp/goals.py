@@ -12,13 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-<<<<<<< HEAD
 from ...errors import NoPlaceError, SampError
-from ...motion import SEATED, Goal
-=======
-from ...errors import SampError
 from ...motion import Goal
->>>>>>> main
 from ...scene.seats import seats
 from ...scene.seats.seats import Seat
 from ...scene.seats.support import SupportMap

@@ -137,7 +137,7 @@ class Planner:
 
     def _seat(self, noise: int) -> Goal:
         """Return where on the target the pelvis ends: the artist's goals by turns, else GoalNet's."""
-        step, chosen = self.step, [goal for goal in self.scene.goals if goal.action == self.step.action]
+        chosen = [goal for goal in self.scene.goals if goal.action == self.step.action]
         found = chosen[noise % len(chosen) :] if chosen else []
         found = found or self._sampled(noise)
         if not found:

@@ -54,7 +54,9 @@ def no_place(step: Step, scene: SceneView, floor: float | None, around: float) -
     blocking = _blocking(scene, works, low - around, high + around)
     if blocking:
         return SampError(_in_the_way(step, scene, blocking))
-    return SampError(f"There is no place to {step.action} on '{step.target}'; {_advice(step, target, floor)}.")
+    return SampError(
+        f"There is no place to {step.action} on '{step.target}'; {_advice(step, target, floor)}."
+    )
 
 
 def no_way(step: Step, scene: SceneView, start: np.ndarray, goal: Goal, error: SampError) -> SampError:
@@ -87,7 +89,9 @@ def no_way(step: Step, scene: SceneView, start: np.ndarray, goal: Goal, error: S
         names = _listed(who or blocking)
         return SampError(f"{names} leaves no way to '{step.target}'; move it away, or choose another start.")
     text = str(error)
-    return SampError(text if f"'{step.target}'" in text else f"'{step.target}' cannot be reached: {_lower(text)}")
+    return SampError(
+        text if f"'{step.target}'" in text else f"'{step.target}' cannot be reached: {_lower(text)}"
+    )
 
 
 def nothing_walkable(scene: SceneView, error: SampError) -> SampError:
@@ -108,7 +112,9 @@ def nothing_walkable(scene: SceneView, error: SampError) -> SampError:
 def _blocking(scene: SceneView, works: Works, low: np.ndarray, high: np.ndarray) -> list[str]:
     """Return the fewest objects without which it works, or none where it fails even without all of them."""
     others = scene.geometry.without(scene.parts)
-    near = (others.triangles.max(axis=1) >= low).all(axis=1) & (others.triangles.min(axis=1) <= high).all(axis=1)
+    near = (others.triangles.max(axis=1) >= low).all(axis=1) & (others.triangles.min(axis=1) <= high).all(
+        axis=1
+    )
     numbers = np.unique(others.object_ids[near])
     middle = (low + high) / 2
     away = [_distance(others.triangles[others.object_ids == number], middle) for number in numbers]
@@ -158,9 +164,13 @@ def _advice(step: Step, target: np.ndarray, floor: float | None) -> str:
     if size.max() < 0.2:
         return f"it is only {size.max():.2g} m large, so check that a unit of the scene is a metre"
     if high[1] - floor < least:
-        return f"its top is only {max(high[1] - floor, 0):.2f} m above the floor, and {least:.2f} m are needed"
+        return (
+            f"its top is only {max(high[1] - floor, 0):.2f} m above the floor, and {least:.2f} m are needed"
+        )
     if low[1] - floor > most:
-        return f"it is {low[1] - floor:.2f} m above the floor beside it, and at most {most:.2f} m can be reached"
+        return (
+            f"it is {low[1] - floor:.2f} m above the floor beside it, and at most {most:.2f} m can be reached"
+        )
     if step.action == "lie":
         return "choose one with a flat, free surface of about 1.7 x 0.5 m below 0.85 m"
     return "choose one with a flat, free seat between 0.25 and 0.85 m above the floor and room for the legs"

@@ -29,7 +29,9 @@ OVER = 0.6
 """Least share of a footprint that is over the other one."""
 
 
-def belongings(scene: SceneGeometry, parts: Collection[str], foreign: Collection[str] = ()) -> tuple[str, ...]:
+def belongings(
+    scene: SceneGeometry, parts: Collection[str], foreign: Collection[str] = ()
+) -> tuple[str, ...]:
     """Return the names of the objects that belong to the object of these parts, without the parts.
 
     foreign: names of what is never furniture: characters.

@@ -31,7 +31,9 @@ def labels(corners: np.ndarray, count: int) -> np.ndarray:
     """Return the connected part (F,) of each triangle. corners: (F, 3) indices of vertices, count: of the vertices."""
     pairs = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]]])
     links = sparse.coo_matrix((np.ones(len(pairs), dtype=bool), tuple(pairs.T)), shape=(count, count))
-    return np.unique(csgraph.connected_components(links, directed=False)[1][corners[:, 0]], return_inverse=True)[1]
+    return np.unique(
+        csgraph.connected_components(links, directed=False)[1][corners[:, 0]], return_inverse=True
+    )[1]
 
 
 def welded_labels(triangles: np.ndarray) -> np.ndarray:

@@ -148,7 +148,7 @@ def _approaches(mesh: NavMesh, goal: Goal, stand_off: float, reach: float) -> np
 
 
 def _walled_off(mesh: NavMesh, points: np.ndarray, goal: Goal) -> np.ndarray:
-    """Flag the points (N, 3) that are separated from the goal by something solid at the height of a backrest or wall."""
+    """Flag the points (N, 3) that are separated from the goal by something solid as high as a backrest."""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
     grid, solid = mesh.ground.grid, mesh.solid
