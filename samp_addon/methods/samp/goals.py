@@ -88,20 +88,24 @@ def draw_goals(
         if len(goals) == count:
             break
         snapped = seats.snap_to_map(support, sample, MAX_SHIFT, least, enough)
+        if snapped is not None and seats.wrong_way(piece.alone, snapped):
+            snapped = None
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)
     # Cycle through the best places, starting at a different one for each seed.
-    goals += [found[(seed + k) % len(found)].goal for k in range(missing)]
+    right = [seat for seat in found if not seats.wrong_way(piece.alone, seat.goal)] or found
+    goals += [right[(seed + k) % len(right)].goal for k in range(missing)]
     return GoalSamples(goals, missing, rejected)
 
 
 @dataclass(frozen=True)
 class _Piece:
-    """What all samples on an object share: its support, the seats found by geometry, and the grid that the network
-    sees."""
+    """What all samples on an object share: its support, that without the obstacles, the seats found by geometry, and
+    the grid that the network sees."""
 
     support: SupportMap
+    alone: SupportMap
     found: list[Seat]
     grid: InteractionGrid | None
 
@@ -119,10 +123,12 @@ def _piece(
     key = digest(triangles), digest(obstacles), action, floor_height
     if key not in _pieces:
         support = seats.support_map(triangles, floor_height, obstacles)
-        found = seats.seats_on_map(support, action, seats.MANY_SEATS)
+        support, found = seats.seats_or_ring(support, action, seats.MANY_SEATS)
         # The front is that of the object alone, whatever stands around it.
         grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles)) if found else None
-        _pieces[key] = _Piece(support, found, grid)
+        # A wall at the feet is no headboard.
+        alone = seats.support_map(triangles, floor_height) if action == "lie" else support
+        _pieces[key] = _Piece(support, alone, found, grid)
     _pieces.move_to_end(key)
     while len(_pieces) > KEPT:
         _pieces.popitem(last=False)

@@ -68,7 +68,11 @@ def no_way(step: Step, scene: SceneView, start: np.ndarray, goal: Goal, error: S
         triangles = np.concatenate([others.triangles[keep], scene.target])
         try:
             mesh = navigation.build(triangles, agent, cover=np.array([start, low, high]))
-            paths.plan_to_goal(mesh, start, goal)
+            # A free start may have been found on the roof.
+            foot = np.array([goal.position[0], low[1], goal.position[2]])
+            free = scene.start is None and not scene.after
+            begin = mesh.ground.points(np.array(mesh.nearest(foot))) if free else start
+            paths.plan_to_goal(mesh, begin, goal)
         except PathError:
             return False
         return True

@@ -31,6 +31,13 @@ WALL = 1.1
 nothing below it, such as an upper bunk or a canopy, is not."""
 OVER_PELVIS = {"sit": 0.08, "lie": 0.2}
 """Metres over the pelvis from which on solid cells are walls: backrests and table tops are, seats and armrests not."""
+GAP = 0.12
+"""Metres of free floor behind an obstacle on the way to a seat from which on the way leads across it: over a coffee
+table. A seat itself has none."""
+LOWEST = (0.05, 0.15)
+"""Metres over the floor, for low and for other seats, from which on solid cells on the way to them are obstacles."""
+UNDER_PELVIS = 0.22
+"""Metres under the pelvis down to which solid cells are those of the seat."""
 LEAST_WALL = 0.3
 """Least height of the range that is searched for walls, for high seats."""
 
@@ -159,11 +166,19 @@ def _walled_off(mesh: NavMesh, points: np.ndarray, goal: Goal) -> np.ndarray:
     )
     span = int(solid.level.max(initial=0)) + 2
     key = solid.column * span + solid.level
+    column = (np.clip(x, 0, grid.shape[0] - 1) * grid.shape[1] + np.clip(z, 0, grid.shape[1] - 1)) * span
+
+    def solid_between(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        a, b = (np.clip((h - grid.corner[1]) / grid.level, 0, span - 1).astype(int) for h in (low, high))
+        return np.searchsorted(key, column + b) > np.searchsorted(key, column + a)
+
     low = np.full(len(points), goal.position[1] + OVER_PELVIS.get(goal.action, 0.0))
     high = np.maximum(points[:, 1] + WALL, low + LEAST_WALL)
-    low, high = (np.clip((h - grid.corner[1]) / grid.level, 0, span - 1).astype(int) for h in (low, high))
-    column = (np.clip(x, 0, grid.shape[0] - 1) * grid.shape[1] + np.clip(z, 0, grid.shape[1] - 1)) * span
-    return (np.searchsorted(key, column + high) > np.searchsorted(key, column + low)).any(axis=0)
+    rise = np.clip(goal.position[1] - points[:, 1] - UNDER_PELVIS, *LOWEST)
+    met = solid_between(points[:, 1] + rise, high)
+    step = np.hypot(*(points - goal.position).T[[0, 2]]) / len(share)
+    behind = (np.maximum.accumulate(met, axis=0) & ~met).sum(axis=0) * step
+    return solid_between(low, high).any(axis=0) | (behind > GAP)
 
 
 def _find_path(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: float) -> Path:
