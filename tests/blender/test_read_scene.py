@@ -92,11 +92,48 @@ def hidden_inside_a_collection_instance():
     instance.instance_type, instance.instance_collection = "COLLECTION", library
 
 
+def collision_hull():
+    add("UCX_X")
+
+
+def fog():
+    material = bpy.data.materials.new("Fog")
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    volume = nodes.new("ShaderNodeVolumePrincipled")
+    links.new(volume.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
+    add("X").data.materials.append(material)
+
+
+@pytest.mark.parametrize("arrange", [hide_by_eye, hide_in_viewport])
+def test_what_only_the_viewport_hides_is_read(arrange):
+    arrange()
+    bpy.data.objects["X"].location = (4, 0, 0)
+    assert read_scene.read_scene(bpy.context).names == ("X",)
+    np.testing.assert_allclose(middle(read_scene.read_scene(bpy.context).triangles), (4, 0, 0), atol=1e-6)
+
+
+def test_members_of_collection_instances_have_names_of_their_own():
+    library = new_collection("Library", linked=False)
+    add("Sofa", collection=library)
+    add("Cushion", collection=library).parent = bpy.data.objects["Sofa"]
+    add("Table", collection=library, location=(3, 0, 0))
+    instance = add("Set", data="empty", location=(0, 7, 0))
+    instance.instance_type, instance.instance_collection = "COLLECTION", library
+    bpy.context.view_layer.update()
+    assert set(read_scene.read_scene(bpy.context).names) == {"Set/Sofa", "Set/Cushion", "Set/Table"}
+    for name in ("Set/Sofa", "Sofa"):
+        found = read_scene.read_target(bpy.context, name)
+        assert found.name == "Set/Sofa" and set(found.parts) == {"Set/Sofa", "Set/Cushion"}
+    with pytest.raises(SampError, match="Set/Sofa"):
+        read_scene.read_target(bpy.context, "Set/Sofaa")
+
+
 @pytest.mark.parametrize(
     "arrange",
     [
-        hide_by_eye,
-        hide_in_viewport,
+        collision_hull,
+        fog,
         hide_in_render,
         hide_collection_in_render,
         hide_collection_around_a_collection,

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from samp_blender.samp_addon.errors import PathError, SampError
-from samp_blender.samp_addon.methods.samp import planning
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene import geometry
 from samp_blender.samp_addon.scene.distance import signed_distance
 from samp_blender.samp_addon.scene.furniture import parts, room, scatter
 from samp_blender.samp_addon.scene.furniture.belongings import belongings
+from samp_blender.samp_addon.scene.furniture.floor import floor_beside
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
 from samp_blender.samp_addon.scene.navmesh import navmesh, path
 from samp_blender.samp_addon.scene.seats import seats
@@ -105,7 +104,7 @@ def test_scattered_blades_are_left_out():
 )
 def test_heights_are_those_over_the_floor_beside(target, others, floor):
     mesh = navmesh.build(np.concatenate([others, target]))
-    found = planning.floor_beside(mesh, target)
+    found = floor_beside(mesh, target)
     assert found == pytest.approx(floor, abs=0.03) if floor else found is None or abs(found) < 0.03
     assert seats.find_goals(target, "sit", found)
 

@@ -9,13 +9,16 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import frames
-from ...errors import SampError
+from ...errors import NoPlaceError, PathError, SampError
 from ...methods.samp import goals as sampling
 from ...motion import Goal
+from ...scene.furniture.floor import floor_beside
+from ...scene.geometry import extent
+from ...scene.navmesh import navmesh as navigation
 from ...scene.seats import seats
 from ...scene.seats.support import SupportMap
 from ..character import armature
-from ..scene import read_scene
+from ..scene import pieces, read_scene
 from ..scene.read_scene import OVERLAY_KEY, Target
 
 COLLECTION = "SAMP Goals"
@@ -36,8 +39,11 @@ def sample_goals(
     target: name of an object, empty or collection. The rest of the scene, without characters, is an obstacle. Raise
     SampError where the target is unknown or has no place for a body.
     """
-    furniture, around = _surroundings(context, target)
-    found = sampling.sample_goals(furniture.triangles, action, count, seed, around)
+    furniture, around, floor = _surroundings(context, target, action)
+    try:
+        found = sampling.sample_goals(furniture.triangles, action, count, seed, around, floor)
+    except NoPlaceError as error:
+        raise SampError(str(error).replace("this object", f"'{furniture.name}'")) from error
     for arrow in arrows(context, furniture.name, action):
         bpy.data.objects.remove(arrow)
     return add_goals(context, found, furniture.name)
@@ -127,8 +133,17 @@ def _matrix(goal: Goal) -> Matrix:
     return Matrix(matrix.tolist())
 
 
-def _surroundings(context: bpy.types.Context, target: str) -> tuple[Target, np.ndarray]:
-    """Return the target and the triangles (G, 3, 3) of the rest of the scene without characters, network frame."""
+def _surroundings(
+    context: bpy.types.Context, target: str, action: str
+) -> tuple[Target, np.ndarray, float | None]:
+    """Return the target with what belongs to it, the triangles (G, 3, 3) of the rest of the scene without characters,
+    and the height of the floor beside the target or None where it stands there; network frame."""
     people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
-    furniture = read_scene.read_target(context, target, people)
-    return furniture, read_scene.read_scene(context, people).without(furniture.parts).triangles
+    scene = read_scene.read_scene(context, people)
+    scene, furniture = pieces.piece(context, scene, read_scene.read_target(context, target, people), action)
+    try:
+        mesh = navigation.build(scene.triangles, cover=np.stack(extent(furniture.triangles)))
+        floor = floor_beside(mesh, furniture.triangles)
+    except PathError:
+        floor = None
+    return furniture, scene.without(furniture.parts).triangles, floor

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -13,14 +12,11 @@ from ... import frames
 from ...methods import registry
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
-from ...scene.furniture import parts, room
-from ...scene.furniture.belongings import belongings
 from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
-from . import read_scene
-from .read_scene import Target
+from . import pieces, read_scene
 
 Place = tuple[np.ndarray, float | None]
 """Floor position (3,) and yaw in radians, network frame."""
@@ -44,8 +40,8 @@ def read_view(
     if step.target and "target" in needs:
         target = read_scene.read_target(context, step.target, people)
         if step.action in SEATED:
-            geometry, target = _piece(context, geometry, target, step.action)
-            found["characters"] = _characters(context)
+            geometry, target = pieces.piece(context, geometry, target, step.action)
+            found["characters"] = pieces.characters(context)
         found |= {"target": target.triangles, "parts": target.parts}
         if "goals" in needs:
             found["goals"] = goal_arrows.read_goals(context, target, step.action)
@@ -56,30 +52,6 @@ def read_view(
     if first and "via" in needs:
         found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
     return SceneView(geometry, **found)
-
-
-def _piece(
-    context: bpy.types.Context, geometry: SceneGeometry, target: Target, action: str
-) -> tuple[SceneGeometry, Target]:
-    """Return the target with all that belongs to it; of a whole room, the piece that is meant."""
-    if parts.is_room(target.triangles):
-        chosen = room.choose(geometry, target.parts, action)
-        if chosen is not None:
-            name = f"{target.name} (part)"
-            geometry = geometry.renamed(chosen, name)
-            target = replace(target, triangles=geometry.triangles[chosen], parts=(name,))
-        return geometry, target
-    more = belongings(geometry, target.parts, _characters(context))
-    if more:
-        names = (*target.parts, *more)
-        target = replace(target, triangles=geometry.triangles_of(names), parts=names)
-    return geometry, target
-
-
-def _characters(context: bpy.types.Context) -> dict[str, str]:
-    """Return the names of skinned meshes, each with that of the armature that moves it."""
-    owners = ((obj.name, obj.find_armature()) for obj in context.scene.objects if obj.type == "MESH")
-    return {name: owner.name for name, owner in owners if owner is not None}
 
 
 def start_of(start: Sequence[float] | None, owner: bpy.types.Object | None) -> Place | None:

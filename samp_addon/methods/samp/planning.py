@@ -15,6 +15,7 @@ from ...frames import yaw_direction
 from ...motion import Goal, Motion
 from ...scene.distance import solids
 from ...scene.distance.signed_distance import LARGE
+from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
@@ -33,15 +34,6 @@ START_DISTANCE = (1.5, 3.5)
 
 SURROUNDINGS = 1.0
 """Metres around a target in which other things can obstruct a seated body."""
-
-BESIDE = 0.6
-"""Metres around a target within which the ground is its floor."""
-
-LEAST_RISE, ONE_STOREY = 0.05, 1.5
-"""Metres: least height of a target over its floor, and largest difference of ground on one storey."""
-
-STANDS = 0.03
-"""Metres between the ground and the lowest point of an object that stands on it."""
 
 STAND_OFF = 0.5
 """Metres between an object and a character that stands in front of it."""
@@ -193,23 +185,6 @@ class Planner:
         wanted = np.array([middle[0], low[1], middle[2]]) + out * reach
         position = self.mesh.ground.points(np.array(self.mesh.nearest(wanted)))
         return Goal(position, _horizontal(middle - position), self.step.action)
-
-
-def floor_beside(mesh: navigation.NavMesh, target: np.ndarray) -> float | None:
-    """Return the height of the ground beside an object, metres, or None where the object stands on it.
-
-    target: (F, 3, 3) of the object, which may lie on a frame, hang, or be fixed to a wall.
-    """
-    low, high = extent(target)
-    points = mesh.points
-    beside = ((points >= low - BESIDE) & (points <= high + BESIDE))[:, [0, 2]].all(axis=1)
-    below = points[beside & (points[:, 1] < high[1] - LEAST_RISE), 1]
-    if not len(below):
-        return None
-    # Of several storeys, the one right below the object.
-    below = below[below > below.max() - ONE_STOREY]
-    floor = float(np.median(below))
-    return None if abs(floor - low[1]) < STANDS else floor
 
 
 def _with_direction(goal: Goal, waypoints: np.ndarray, yaw: float) -> Goal:
