@@ -13,7 +13,7 @@ from ...errors import NoPlaceError, PathError, SampError
 from ...methods.samp import goals as sampling
 from ...motion import Goal
 from ...scene.furniture.floor import floor_beside
-from ...scene.geometry import extent
+from ...scene.geometry import SceneGeometry, extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.seats import seats
 from ...scene.seats.support import SupportMap
@@ -85,9 +85,15 @@ def clear(context: bpy.types.Context) -> int:
     return len(found)
 
 
-def read_goals(context: bpy.types.Context, target: Target, action: str | None = None) -> list[Goal]:
+def read_goals(
+    context: bpy.types.Context,
+    target: Target,
+    action: str | None = None,
+    scene: SceneGeometry | None = None,
+) -> list[Goal]:
     """Return the goals of the arrows on a target, each snapped to the surface.
 
+    scene: in which the target may lie on a frame or hang; left out, it stands on the floor.
     If any of the arrows are selected, only those are used. Raise SampError, naming the arrow, where it points up or
     down or nothing below it supports a body.
     """
@@ -97,7 +103,7 @@ def read_goals(context: bpy.types.Context, target: Target, action: str | None = 
     found = [arrow for arrow in visible if arrow.select_get()] or found
     if not found:
         return []
-    support = seats.support_map(target.triangles)
+    support = seats.support_map(target.triangles, None if scene is None else _floor(scene, target))
     return [_snap(support, arrow) for arrow in found]
 
 
@@ -141,9 +147,13 @@ def _surroundings(
     people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
     scene = read_scene.read_scene(context, people)
     scene, furniture = pieces.piece(context, scene, read_scene.read_target(context, target, people), action)
+    return furniture, scene.without(furniture.parts).triangles, _floor(scene, furniture)
+
+
+def _floor(scene: SceneGeometry, target: Target) -> float | None:
+    """Return the height of the floor beside a target, or None where it stands there or nothing is walkable."""
     try:
-        mesh = navigation.build(scene.triangles, cover=np.stack(extent(furniture.triangles)))
-        floor = floor_beside(mesh, furniture.triangles)
+        mesh = navigation.build(scene.triangles, cover=np.stack(extent(target.triangles)))
     except PathError:
-        floor = None
-    return furniture, scene.without(furniture.parts).triangles, floor
+        return None
+    return floor_beside(mesh, target.triangles)

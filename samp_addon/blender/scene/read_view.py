@@ -44,7 +44,7 @@ def read_view(
             found["characters"] = pieces.characters(context)
         found |= {"target": target.triangles, "parts": target.parts}
         if "goals" in needs:
-            found["goals"] = goal_arrows.read_goals(context, target, step.action)
+            found["goals"] = goal_arrows.read_goals(context, target, step.action, geometry)
     if step.to is not None and "destination" in needs:
         found["destination"] = place(step.to)
     if "start" in needs:
