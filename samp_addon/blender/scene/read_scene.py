@@ -31,6 +31,19 @@ class Target:
     parts: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Member:
+    """An object inside a collection instance, such as a sofa of a linked set."""
+
+    instancer: bpy.types.Object
+    obj: bpy.types.Object
+
+    @property
+    def name(self) -> str:
+        """INSTANCE/MEMBER, as the pieces of a scene are named."""
+        return f"{self.instancer.name}/{self.obj.name}"
+
+
 def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] = ()) -> SceneGeometry:
     """Return the world-space triangles of all objects of the active view layer that a render shows.
 
@@ -47,17 +60,19 @@ def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] =
 
 def cushion_depths(context: bpy.types.Context, names: Iterable[str]) -> np.ndarray:
     """Return the cushion depth (N,) in metres of objects by name. Raise SampError for an invalid depth."""
-    return np.array([_cushion_of(context, name) for name in names], dtype=np.float64)
+    members = _members_by_name(context)
+    return np.array([_cushion_of(context, name, members) for name in names], dtype=np.float64)
 
 
-def _cushion_of(context: bpy.types.Context, name: str) -> float:
-    objects = context.scene.objects
-    if name in objects:
-        return _cushion(objects[name])
-    found = find_member(context, name)
-    if found is None:
+def _cushion_of(context: bpy.types.Context, name: str, members: dict[str, Member]) -> float:
+    if name in context.scene.objects:
+        return _cushion(context.scene.objects[name])
+    if name not in members:
         return 0.0
-    return _cushion(found[1], inherit=True) or _cushion(found[0], inherit=True)
+    shown = members[name]
+    collection = shown.instancer.instance_collection
+    of_all = _depth(collection) if CUSHION_KEY in collection else 0.0
+    return _cushion(shown.obj, inherit=True) or _cushion(shown.instancer, inherit=True) or of_all
 
 
 def _cushion(obj: bpy.types.Object, inherit: bool = False) -> float:
@@ -107,29 +122,20 @@ def read_target(
     return Target(found.name, scene.triangles, scene.names)
 
 
-@dataclass(frozen=True)
-class Member:
-    """An object inside a collection instance, such as a sofa of a linked set."""
-
-    instancer: bpy.types.Object
-    obj: bpy.types.Object
-
-    @property
-    def name(self) -> str:
-        """INSTANCE/MEMBER, as the pieces of a scene are named."""
-        return f"{self.instancer.name}/{self.obj.name}"
+def find_member(context: bpy.types.Context, name: str) -> Member | None:
+    """Return the member of a collection instance of this name, INSTANCE/MEMBER, or its own name where only one has it."""
+    members = _members_by_name(context)
+    same = [member for member in members.values() if member.obj.name == name]
+    return members.get(name) or (same[0] if len(same) == 1 else None)
 
 
-def find_member(context: bpy.types.Context, name: str) -> tuple[bpy.types.Object, bpy.types.Object] | None:
-    """Return instancer and object of INSTANCE/MEMBER, or of a member's own name where only one has it; else None."""
-    found = [
-        (owner, obj)
-        for owner in context.scene.objects
-        if owner.instance_type == "COLLECTION" and owner.instance_collection is not None
-        for obj in _everything(owner.instance_collection)
-        if name in (obj.name, f"{owner.name}/{obj.name}")
+def _members_by_name(context: bpy.types.Context) -> dict[str, Member]:
+    """Return INSTANCE/MEMBER -> member for all collection instances of the scene."""
+    instancers = [
+        o for o in context.scene.objects if o.instance_type == "COLLECTION" and o.instance_collection
     ]
-    return found[0] if len(found) == 1 or (found and "/" in name) else None
+    found = (Member(owner, obj) for owner in instancers for obj in _everything(owner.instance_collection))
+    return {member.name: member for member in found}
 
 
 def _everything(collection: bpy.types.Collection) -> list[bpy.types.Object]:
@@ -156,10 +162,9 @@ def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy
         return found
     member = find_member(context, name)
     if member is not None:
-        return Member(*member)
+        return member
     known = [o.name for o in objects if not o.get(OVERLAY_KEY)] + list(collections)
-    instancers = [o for o in objects if o.instance_type == "COLLECTION" and o.instance_collection is not None]
-    known += [f"{o.name}/{obj.name}" for o in instancers for obj in _everything(o.instance_collection)]
+    known += _members_by_name(context)
     close = close_names(name, known)
     if close:
         raise SampError(f"There is no '{name}' in the scene; did you mean {close}?")
