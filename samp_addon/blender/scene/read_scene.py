@@ -123,7 +123,7 @@ def read_target(
 
 
 def find_member(context: bpy.types.Context, name: str) -> Member | None:
-    """Return the member of a collection instance of this name, INSTANCE/MEMBER, or its own name where only one has it."""
+    """Return the member of a collection instance by INSTANCE/MEMBER, or by its own name where only one has it."""
     members = _members_by_name(context)
     same = [member for member in members.values() if member.obj.name == name]
     return members.get(name) or (same[0] if len(same) == 1 else None)
