@@ -446,3 +446,14 @@ def test_a_million_triangles():
         modifier = obj.modifiers.new(name, "SUBSURF")
         modifier.levels, modifier.subdivision_type = levels, "SIMPLE"
     assert len(read_scene.read_target(bpy.context, "Sofa").triangles) > 1_000_000
+
+
+def test_the_part_of_a_mesh_with_a_material():
+    whole = add("Room")
+    for name in ("Wall", "Sofa"):
+        whole.data.materials.append(bpy.data.materials.new(name))
+    face = whole.data.polygons[2]
+    face.material_index = 1
+    found = read_scene.read_target(bpy.context, "Room/Sofa")
+    assert found.name == "Room" and len(found.triangles) == 12
+    np.testing.assert_allclose(frames.to_blender(found.hint), face.center, atol=1e-6)

@@ -16,8 +16,8 @@ def piece(
     context: bpy.types.Context, geometry: SceneGeometry, target: Target, action: str
 ) -> tuple[SceneGeometry, Target]:
     """Return the target with all that belongs to it; of a whole room, the piece that is meant."""
-    if parts.is_room(target.triangles):
-        chosen = room.choose(geometry, target.parts, action)
+    if target.hint is not None or parts.is_room(target.triangles):
+        chosen = room.choose(geometry, target.parts, action, target.hint)
         if chosen is not None:
             name = f"{target.name} (part)"
             geometry = geometry.renamed(chosen, name)

@@ -15,6 +15,7 @@ from ...scene import geometry
 from ...scene.geometry import SceneGeometry
 from . import meshes
 from .meshes import OVERLAY_KEY
+from .regions import Region, find_region
 
 CUSHION_KEY = "samp_cushion"
 """Custom property of an object: metres that it yields under a body; 0 if missing."""
@@ -24,11 +25,13 @@ SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 @dataclass(frozen=True)
 class Target:
-    """A piece of furniture. triangles: (F, 3, 3) metres, network frame. parts: the names of its objects."""
+    """A piece of furniture. triangles: (F, 3, 3) metres, network frame. parts: the names of its objects. hint: a point
+    (3,) on the part of a joined room that was named, or None."""
 
     name: str
     triangles: np.ndarray
     parts: tuple[str, ...]
+    hint: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,9 @@ def read_target(
     Raise SampError where the name is unknown (with close names), or the target is hidden or has no surface.
     """
     found = find_target(context, target) if isinstance(target, str) else target
+    hint = None
+    if isinstance(found, Region):
+        hint, found = found.point, found.obj
     if isinstance(found, Member):
         inside = _families([found.obj])
         pieces = meshes.gather(context, lambda owner: owner == found.instancer, inside)
@@ -119,7 +125,7 @@ def read_target(
         _raise_nothing_read(context, found, parts)
     scene = SceneGeometry.from_objects(pieces)
     geometry.require_surface(scene.triangles, found.name)
-    return Target(found.name, scene.triangles, scene.names)
+    return Target(found.name, scene.triangles, scene.names, hint)
 
 
 def find_member(context: bpy.types.Context, name: str) -> Member | None:
@@ -150,19 +156,22 @@ def _everything(collection: bpy.types.Collection) -> list[bpy.types.Object]:
     return list(found)
 
 
-def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy.types.Collection | Member:
+def find_target(
+    context: bpy.types.Context, name: str
+) -> bpy.types.Object | bpy.types.Collection | Member | Region:
     """Return the object or collection of this name, or the member of a collection instance, INSTANCE/MEMBER.
 
-    Raise SampError with close names where there is none.
+    OBJECT/NAME is the part of a mesh with the material or vertex group of this name. Raise SampError with close names
+    where there is none.
     """
     objects = context.scene.objects
     collections = {c.name: c for c in context.scene.collection.children_recursive}
     found = objects.get(name) or collections.get(name)
     if found is not None:
         return found
-    member = find_member(context, name)
-    if member is not None:
-        return member
+    found = find_member(context, name) or find_region(context, name)
+    if found is not None:
+        return found
     known = [o.name for o in objects if not o.get(OVERLAY_KEY)] + list(collections)
     known += _members_by_name(context)
     close = close_names(name, known)
