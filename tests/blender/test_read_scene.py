@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
+from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.errors import SampError
 

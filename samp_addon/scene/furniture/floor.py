@@ -13,8 +13,8 @@ BESIDE = 0.6
 LEAST_RISE, ONE_STOREY = 0.05, 1.5
 """Metres: least height of a target over its floor, and largest difference of ground on one storey."""
 
-STANDS = 0.03
-"""Metres between the ground and the lowest point of an object that stands on it."""
+STANDS = 0.12
+"""Metres between the ground and the lowest point of an object that stands on it: feet are often left out."""
 
 
 def floor_beside(mesh: navigation.NavMesh, target: np.ndarray) -> float | None:
