@@ -77,11 +77,21 @@ def test_a_room_of_one_mesh_is_split():
     sofa = boxes(*SOFA) + [0, 0, -2]
     low_table = boxes(((-0.5, 0, 0.5), (0.5, 0.35, 1.0)))
     whole = scene(room=np.concatenate([FLOOR, walls, low_table, sofa]))
-    assert parts.is_room(whole.triangles)
+    assert parts.is_room(whole.triangles, whole.object_ids)
     found = whole.triangles[room.choose(whole, ["room"], "sit")]
     assert np.allclose(geometry.extent(found), geometry.extent(sofa))
     hinted = whole.triangles[room.choose(whole, ["room"], "sit", hint=np.array([0, 0.3, 0.8]))]
     assert np.allclose(geometry.extent(hinted), geometry.extent(low_table))
+
+
+@pytest.mark.parametrize(
+    ("base", "expected"),
+    [(boxes(((-1.5, 0, -1), (1.5, 0.05, 1))), True), (boxes(((-0.9, 0, -0.45), (0.9, 0.05, 0.45))), False)],
+    ids=["a diorama on its floor", "a sofa on a plinth"],
+)
+def test_a_diorama_is_a_room(base, expected):
+    whole = scene(base=base, sofa=boxes(*SOFA))
+    assert parts.is_room(whole.triangles, whole.object_ids) == expected
 
 
 def test_scattered_blades_are_left_out():

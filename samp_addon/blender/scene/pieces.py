@@ -16,7 +16,8 @@ def piece(
     context: bpy.types.Context, geometry: SceneGeometry, target: Target, action: str
 ) -> tuple[SceneGeometry, Target]:
     """Return the target with all that belongs to it; of a whole room, the piece that is meant."""
-    if target.hint is not None or parts.is_room(target.triangles):
+    mine = geometry.is_one_of(target.parts)
+    if target.hint is not None or parts.is_room(geometry.triangles[mine], geometry.object_ids[mine]):
         chosen = room.choose(geometry, target.parts, action, target.hint)
         if chosen is not None:
             name = f"{target.name} (part)"

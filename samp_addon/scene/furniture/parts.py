@@ -19,8 +19,14 @@ TOUCHING = 0.02
 """Parts whose boxes are nearer than this are one piece."""
 FLAT = 0.06
 """Height over the floor below which a part is a rug, a plank or a tile of it."""
+THICKEST = 0.25
+"""Thickness of the thickest floor, whose upper side is what is walked on."""
 SMALLEST = 0.25
 """Width and depth of the smallest piece that carries a body."""
+SMALLEST_ROOM, LOWEST_ROOM = 2.25, 0.5
+"""Square metres and height of the smallest diorama."""
+SLAB, FLOOR_SHARE = 0.15, 0.8
+"""Height of the thickest floor of a diorama, and its least share of the footprint."""
 MOST_PARTS = 3000
 """Parts that are grouped; the smaller ones of a room with more stay with the room."""
 WELD = 1e-4
@@ -44,10 +50,22 @@ def welded_labels(triangles: np.ndarray) -> np.ndarray:
     return labels(corner, int(corner.max()) + 1)
 
 
-def is_room(triangles: np.ndarray) -> bool:
-    """Return whether triangles (F, 3, 3) are too wide for a piece of furniture."""
+def is_room(triangles: np.ndarray, object_ids: np.ndarray) -> bool:
+    """Return whether triangles (F, 3, 3) of objects (F,) are too wide for a piece of furniture, or stand on a floor of
+    their own, as a diorama does."""
     low, high = geometry.extent(triangles)
-    return bool((high - low)[[0, 2]].max() > LARGEST)
+    size = high - low
+    if size[[0, 2]].max() > LARGEST:
+        return True
+    numbers = np.unique(object_ids)
+    if len(numbers) < 2 or size[0] * size[2] < SMALLEST_ROOM or size[1] < LOWEST_ROOM:
+        return False
+    for number in numbers:
+        least, most = geometry.extent(triangles[object_ids == number])
+        under = most[1] < low[1] + SLAB
+        if under and (most - least)[[0, 2]].prod() > FLOOR_SHARE * size[0] * size[2]:
+            return True
+    return False
 
 
 def pieces(triangles: np.ndarray, object_ids: np.ndarray) -> tuple[list[np.ndarray], float]:
@@ -104,7 +122,7 @@ def _floor(triangles: np.ndarray) -> float:
         return float(low[1])
     # A slab's upper side is the floor: the highest such level within its thickness.
     first = height[wide[0]]
-    return float(height[wide][height[wide] < first + 0.4].max())
+    return float(height[wide][height[wide] < first + THICKEST].max())
 
 
 def _touching(low: np.ndarray, high: np.ndarray) -> np.ndarray:
