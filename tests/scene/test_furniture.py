@@ -139,6 +139,13 @@ def test_low_backs_are_walls_and_beams_are_not(between, passes):
             path.plan_to_goal(mesh, np.array([0, 0, 2.0]), goal)
 
 
+def test_nobody_sits_on_the_back_of_a_covered_sofa():
+    sofa = boxes(SOFA[0], ((-0.9, 0.06, -0.42), (0.9, 0.83, -0.1)))
+    crates = boxes(((-0.9, 0.44, -0.08), (0.9, 0.8, 0.42)))
+    assert seats.find_seats(sofa, "sit")[0].surface == pytest.approx(0.43, abs=0.1)
+    assert seats.find_goals(sofa, "sit", obstacles=crates) == []
+
+
 def test_a_seat_with_a_hole():
     ring = boxes(
         ((-0.19, 0.38, -0.2), (-0.11, 0.42, 0.24)),

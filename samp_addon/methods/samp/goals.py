@@ -124,6 +124,8 @@ def _piece(
     if key not in _pieces:
         support = seats.support_map(triangles, floor_height, obstacles)
         support, found = seats.seats_or_ring(support, action, seats.MANY_SEATS)
+        if obstacles is not None:
+            found = seats.without_perches(found, triangles, action, floor_height)
         # The front is that of the object alone, whatever stands around it.
         grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles)) if found else None
         # A wall at the feet is no headboard.

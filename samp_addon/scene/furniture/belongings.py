@@ -14,7 +14,7 @@ from ..geometry import SceneGeometry
 
 WIDEST = 3.5
 """Width of the largest frame or covering."""
-THICKEST = 0.45
+THICKEST = 0.32
 """Height of the thickest thing that is sat or lain on together with what it rests on, such as a mattress."""
 LEAST_AREA = 0.09
 """Square metres of the smallest cushion; smaller things on a seat are in the way."""

@@ -24,7 +24,9 @@ def floor_beside(mesh: navigation.NavMesh, target: np.ndarray) -> float | None:
     """
     low, high = extent(target)
     points = mesh.points
-    beside = ((points >= low - BESIDE) & (points <= high + BESIDE))[:, [0, 2]].all(axis=1)
+    near = ((points >= low - BESIDE) & (points <= high + BESIDE))[:, [0, 2]].all(axis=1)
+    # The top of a bed can be walked on too.
+    beside = near & ~((points >= low) & (points <= high))[:, [0, 2]].all(axis=1)
     below = points[beside & (points[:, 1] < high[1] - LEAST_RISE), 1]
     if not len(below):
         return None
