@@ -103,6 +103,16 @@ def test_scattered_blades_are_left_out():
     assert len(scatter.without_blades(points, corners, 100.0)) == 400
 
 
+def test_furniture_of_triangles_apart_is_not_scattered():
+    axis = np.linspace(0, 0.5, 21)
+    low, high = np.meshgrid(axis[:-1], axis[:-1]), np.meshgrid(axis[1:], axis[1:])
+    corner = lambda x, z: np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], axis=1)
+    seat = np.stack([corner(low[0], low[1]), corner(high[0], low[1]), corner(high[0], high[1])], axis=1)
+    points = np.concatenate([seat.reshape(-1, 3), seat.reshape(-1, 3) * [1, 1, 1]])
+    corners = np.arange(len(points)).reshape(-1, 3)
+    assert len(scatter.without_blades(points, corners, 1.0)) == len(corners)
+
+
 @pytest.mark.parametrize(
     ("target", "others", "floor"),
     [

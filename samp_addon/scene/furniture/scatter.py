@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import labels
+from .parts import WELD, labels
 
 LARGEST_BLADE = 0.01
 """Square metres of surface of the largest part that counts as tiny."""
@@ -42,7 +42,9 @@ def without_blades(points: np.ndarray, corners: np.ndarray, scale: float) -> np.
 
 def _tiny_parts(points: np.ndarray, corners: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the part (F,) of each triangle, and which parts (P,) are tiny."""
-    label = labels(corners, len(points))
+    # Files often hold the corners of each triangle apart; those at one place are one vertex.
+    corner = _places(points, scale)[corners]
+    label = labels(corner, len(points))
     count = int(label.max()) + 1
     triangles = points[corners].astype(np.float64) * scale
     cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -51,3 +53,11 @@ def _tiny_parts(points: np.ndarray, corners: np.ndarray, scale: float) -> tuple[
     np.minimum.at(low, label, triangles.min(axis=1))
     np.maximum.at(high, label, triangles.max(axis=1))
     return label, (area < LARGEST_BLADE) & ((high - low).max(axis=1) < TALLEST)
+
+
+def _places(points: np.ndarray, scale: float) -> np.ndarray:
+    """Return the place (V,) of each vertex (V, 3): a number that vertices within WELD metres mostly share."""
+    whole = np.round(points.astype(np.float64) * (scale / WELD)).astype(np.int64)
+    # A hash: one column is sorted far faster than rows of three.
+    key = whole[:, 0] * 73856093 ^ whole[:, 1] * 19349663 ^ whole[:, 2] * 83492791
+    return np.unique(key, return_inverse=True)[1]
