@@ -155,13 +155,19 @@ def _hidden_but_rendered(context: bpy.types.Context) -> Iterator[bpy.types.Objec
 
     Blender does not evaluate them in the viewport, so they are read without modifiers.
     """
-    rendered = rendered_objects(context.scene.collection)
+    rendered = rendered_objects(context.scene.collection) - _bone_shapes(context)
     for obj in context.view_layer.objects:
         if obj.type != "MESH" or obj not in rendered or obj.visible_get(view_layer=context.view_layer):
             continue
         helper = obj.display_type in ("WIRE", "BOUNDS") or obj.get(OVERLAY_KEY) or is_hull(obj)
         if not helper and not _only_volume(obj):
             yield obj
+
+
+def _bone_shapes(context: bpy.types.Context) -> set[bpy.types.Object]:
+    """Return the objects that bones are drawn as; rigs hide them in the viewport only."""
+    rigs = [obj for obj in context.scene.objects if obj.type == "ARMATURE" and obj.pose is not None]
+    return {bone.custom_shape for rig in rigs for bone in rig.pose.bones if bone.custom_shape is not None}
 
 
 def _placed(obj: bpy.types.Object) -> np.ndarray:

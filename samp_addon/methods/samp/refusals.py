@@ -155,7 +155,7 @@ def _in_the_way(step: Step, scene: SceneView, blocking: Sequence[str]) -> str:
             f"{_listed(blocking)} hangs only {foot - low[1]:.2f} m above the foot of '{step.target}', too low for a "
             f"body that has to {step.action} under it; raise it, or choose another target."
         )
-    return f"{_listed(blocking)} is in the way on '{step.target}'; move one of them away from the other."
+    return f"{_listed(blocking)} is in the way of '{step.target}'; move them apart."
 
 
 def _advice(step: Step, target: np.ndarray, floor: float | None) -> str:
