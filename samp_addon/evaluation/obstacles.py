@@ -11,8 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..scene.distance.signed_distance import LARGE
 from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
 from ..scene.distance.surface_samples import samples_in_box, without_twins
+from ..scene.navmesh.lattice import clip_to_box
 
 CONTACT_DISTANCE = 0.01
 """Metres. Skin closer to a surface than this touches it."""
@@ -125,8 +127,15 @@ class _Solids:
         # Blocks that contain points of the box extend at most one block beyond it.
         close = self._scene.overlapping(low - _EDGE - MARGIN, high + _EDGE + MARGIN)
         self._low, self._high = low, high
-        self._surface = Surface(self._scene.triangles[close]) if close.any() else None
+        self._surface = Surface(self._near(close)) if close.any() else None
         return self._surface
+
+    def _near(self, close: np.ndarray) -> np.ndarray:
+        """Return the flagged triangles; large ones, such as a ground of 2 km, cropped to what was reached."""
+        triangles = self._scene.triangles[close]
+        if (self._scene.high - self._scene.low)[:, close].max() <= LARGE:
+            return triangles
+        return clip_to_box(triangles, self._low - _EDGE - MARGIN, self._high + _EDGE + MARGIN)
 
 
 class _Blocks:

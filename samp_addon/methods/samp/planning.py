@@ -10,19 +10,23 @@ import numpy as np
 
 from ...body import human
 from ...clock import Clock
-from ...errors import SampError
+from ...errors import NoPlaceError, PathError, SampError
 from ...frames import yaw_direction
 from ...motion import Goal, Motion
 from ...scene.distance import solids
+from ...scene.distance.signed_distance import LARGE
+from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
+from ...scene.navmesh.lattice import clip_to_box
 from ...scene.seats.seats import infer_front_yaw
 from ...vocabulary import SEATED
 from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import Take
+from . import refusals
 from .request import Request
 
 START_DISTANCE = (1.5, 3.5)
@@ -120,11 +124,26 @@ class Planner:
             legs.append(paths.plan(self.mesh, start, place).waypoints)
             start = legs[-1][-1]
         if self.step.action in SEATED:
-            last = paths.plan_to_goal(self.mesh, start, goal)
+            last = self._to_seat(start, goal)
         else:
             last = paths.plan(self.mesh, start, goal.position)
         # Each leg begins where the one before it ended.
         return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints])
+
+    def _to_seat(self, start: np.ndarray, goal: Goal) -> paths.Path:
+        """Return the path to a place beside the goal. Raise SampError that names what is in the way."""
+        try:
+            return paths.plan_to_goal(self.mesh, start, goal)
+        except PathError as error:
+            known = self._refused
+            if str(error) not in known:
+                known[str(error)] = refusals.no_way(self.step, self.scene, start, goal, error)
+            raise known[str(error)] from error
+
+    @cached_property
+    def _refused(self) -> dict[str, SampError]:
+        """Errors that were explained before, by the message of the search: explaining takes seconds."""
+        return {}
 
     @cached_property
     def _front(self) -> float:
@@ -139,22 +158,41 @@ class Planner:
 
     def _seat(self, noise: int) -> Goal:
         """Return where on the target the pelvis ends: the artist's goals by turns, else GoalNet's."""
-        step, chosen = self.step, [goal for goal in self.scene.goals if goal.action == self.step.action]
+        chosen = [goal for goal in self.scene.goals if goal.action == self.step.action]
         found = chosen[noise % len(chosen) :] if chosen else []
         found = found or self._sampled(noise)
         if not found:
-            raise SampError(f"There is no place to {step.action} on '{step.target}'; choose another object.")
+            raise self._no_place
         return found[0]
 
     def _sampled(self, noise: int) -> Sequence[Goal]:
-        return self.sample_goals(self.scene.target, self.step.action, 1, noise, self._surroundings)
+        """Return GoalNet's goal, or none where the target has no place."""
+        floor = () if self._floor is None else (self._floor,)
+        try:
+            return self.sample_goals(
+                self.scene.target, self.step.action, 1, noise, self._surroundings, *floor
+            )
+        except NoPlaceError:
+            return ()
+
+    @cached_property
+    def _no_place(self) -> SampError:
+        return refusals.no_place(self.step, self.scene, self._floor, SURROUNDINGS)
+
+    @cached_property
+    def _floor(self) -> float | None:
+        """Height of the floor beside the target, metres; None where the target stands on it."""
+        return floor_beside(self.mesh, self.scene.target)
 
     @cached_property
     def _surroundings(self) -> np.ndarray:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.scene.target, self.scene.geometry.without(self.scene.parts)
         low, high = extent(target)
-        return solids.overlapping_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
+        low, high = low - SURROUNDINGS, high + SURROUNDINGS
+        near = solids.overlapping_box(others.triangles, low, high)
+        # Towers and hills are sampled too sparsely as wholes.
+        return clip_to_box(near, low, high) if len(near) and np.ptp(near, axis=(0, 1)).max() > LARGE else near
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """Return a place on the floor; its direction is zero where none is asked for."""
