@@ -39,9 +39,9 @@ class Settings:
     """Weights of the energies in the two stages (appendix 2).
 
     foot, collision, contact, smooth: of the feet's locations, which the first stage leaves out, and of equations 5 to
-    7. close: of closeness to the input. limits: of the joint limits. thin:
-    of thin things that pass through the body (thin_things.py); off, because on real chairs the pelvis moves too far. goal: of the pelvis on its goal. strength: share
-    of the change that is kept, 0 to 1.
+    7. close: of closeness to the input. limits: of the joint limits. thin: of thin things that pass through the body
+    (thin_things.py), which is off: on real chairs it moves the pelvis too far. goal: of the pelvis on its goal.
+    strength: share of the change that is kept, 0 to 1.
     """
 
     foot: float = 1.0
