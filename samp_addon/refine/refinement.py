@@ -169,6 +169,9 @@ def _optimise(
     from .pose import changed
     from .thin_things import ThinThings
 
+    around = lambda part: ThinThings.around(
+        part, surroundings.triangles, surroundings.give, body, scene.floor
+    )
     weights = {name: value for name, value in asdict(settings).items() if name in SCALES}
     resting = np.zeros(len(motion))
     resting[max(0, len(motion) - 1 - round(RESTING_SECONDS * motion.fps)) :] = goal is not None
@@ -179,7 +182,7 @@ def _optimise(
         optimiser = Optimiser(
             motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
-            thin=ThinThings.around(motion.pose_slice(part), surroundings, body, scene.floor) if settings.thin else None,
+            thin=around(motion.pose_slice(part)) if settings.thin else None,
         )  # fmt: skip
         report = lambda share, n=number: progress(
             "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))
@@ -243,7 +246,7 @@ def _result(
     ]
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)
     left = float(max(-scene.at(skin)[0].min(), 0.0))
-    thin = ThinThings.around(refined, surroundings, body, scene.floor)
+    thin = ThinThings.around(refined, surroundings.triangles, surroundings.give, body, scene.floor)
     if thin is not None:
         left = max(left, thin.deepest(refined.pose_slice(slice(None, None, 2))))
     notes = ()

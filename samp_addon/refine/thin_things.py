@@ -6,7 +6,6 @@ Solids push vertices out (field.py); a seat of one sheet, a slat or a wire has n
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -20,9 +19,6 @@ from ..scene.distance.surface_samples import samples_in_box
 from ..scene.geometry import extent
 from ..skeleton import forward_kinematics
 from .pose import Skin
-
-if TYPE_CHECKING:
-    from .refinement import Surroundings
 
 SPACING = 0.02
 """Metres between samples; coarser than for the measures."""
@@ -69,20 +65,19 @@ class ThinThings:
 
     @classmethod
     def around(
-        cls, motion: Motion, surroundings: Surroundings, body: Human, floor: float | None = None
+        cls, motion: Motion, triangles: np.ndarray, give: np.ndarray, body: Human, floor: float | None
     ) -> ThinThings | None:
         """Sample what a take comes near, without the floor; None where there is nothing.
 
-        floor: its height, metres; that of the surroundings if left out.
+        triangles: (F, 3, 3). give: (F,) metres by which they yield. floor: its height, metres, or None.
         """
-        floor = surroundings.floor if floor is None else floor
         reach = surface_of(body).reach + REACH
         low, high = extent(_joints(motion, body))
-        samples, owners = samples_in_box(surroundings.triangles, low - reach, high + reach, SPACING)
+        samples, owners = samples_in_box(triangles, low - reach, high + reach, SPACING)
         if floor is not None:
             above = samples[:, 1] > floor + CARPET
             samples, owners = samples[above], owners[above]
-        return cls(samples, surroundings.give[owners], body) if len(samples) else None
+        return cls(samples, give[owners], body) if len(samples) else None
 
     def deepest(self, motion: Motion) -> float:
         """Return the largest depth of a sample in the body, metres; 0 where the body is free."""

@@ -39,6 +39,10 @@ def around(sheet=True, give=0.0):
     return Surroundings(triangles, np.where(triangles[:, :, 1].min(1) > 0.1, give, 0.0), 0.0)
 
 
+def thin_around(motion, scene):
+    return ThinThings.around(motion, scene.triangles, scene.give, BODY, scene.floor)
+
+
 def depth(motion, scene):
     return collision.surface_depth(motion, scene.obstacles, scene.floor).max()
 
@@ -54,7 +58,7 @@ def test_a_sheet_through_the_thighs_ends_under_them():
 @pytest.mark.parametrize("sunk", [-0.12, 0.03])
 def test_pierced_samples_and_their_depth(sunk):
     motion = sitting(sunk, 2)
-    thin = ThinThings.around(motion, around(), BODY)
+    thin = thin_around(motion, around())
     found = thin.pierced(motion)
     if sunk < 0:
         assert found is None
@@ -66,7 +70,7 @@ def test_pierced_samples_and_their_depth(sunk):
 
 def test_what_yields_is_not_pushed_out():
     motion = sitting(0.03, 2)
-    hard, soft = (ThinThings.around(motion, around(give=g), BODY).pierced(motion).depth for g in (0.0, 0.05))
+    hard, soft = (thin_around(motion, around(give=g)).pierced(motion).depth for g in (0.0, 0.05))
     np.testing.assert_allclose(soft.numpy(), hard.numpy() - 0.05, atol=1e-5)
     assert float(energies.pierced(soft, 2)) == 0 < float(energies.pierced(hard, 2))
 
@@ -76,4 +80,4 @@ def test_the_energy_is_the_mean_over_frames_of_the_depths():
 
 
 def test_a_floor_is_no_thin_thing():
-    assert ThinThings.around(sitting(0.0, 2), around(sheet=False), BODY) is None
+    assert thin_around(sitting(0.0, 2), around(sheet=False)) is None
