@@ -14,7 +14,7 @@ from ...methods.samp import goals as sampling
 from ...motion import Goal
 from ...scene.seats import seats
 from ...scene.seats.support import SupportMap
-from ..character import armature
+from ..character import characters
 from ..scene import read_scene
 from ..scene.read_scene import OVERLAY_KEY, Target
 
@@ -129,6 +129,6 @@ def _matrix(goal: Goal) -> Matrix:
 
 def _surroundings(context: bpy.types.Context, target: str) -> tuple[Target, np.ndarray]:
     """Return the target and the triangles (G, 3, 3) of the rest of the scene without characters, network frame."""
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    people = characters.people(context)
     furniture = read_scene.read_target(context, target, people)
     return furniture, read_scene.read_scene(context, people).without(furniture.parts).triangles
