@@ -55,11 +55,16 @@ class Results:
 
 
 def held_out_seats(folder: Path, action: str = "sit") -> list[furniture.piece.Piece]:
-    """The real pieces to sit or lie on that no training has seen; none where the folder is missing."""
+    """The pieces to sit or lie on that no training has seen, with procedural ones where the library is missing.
+
+    None where the folder is missing.
+    """
     try:
         pieces = furniture.library.load(folder, held_out=True)
     except FileNotFoundError:
         return []
+    if folder == furniture.library.SHIPPED_FOLDER:
+        pieces += furniture.unseen(SEATS.get(action, ()))
     fit = [piece for piece in pieces if piece.category in SEATS.get(action, ())]
     if action == "lie":
         fit = [piece for piece in fit if np.ptp(piece.triangles, axis=(0, 1)).max() >= LONG_ENOUGH]

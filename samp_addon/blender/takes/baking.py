@@ -6,6 +6,7 @@ Three steps: `read` the scene; the driver makes the takes without Blender (pipel
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -226,7 +227,9 @@ def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
 
 
 def _name(job: Job, take: Take) -> str:
-    """Return the name of a take's Action: what it does and on what, and its seed."""
+    """Return a new name for a take's Action: what it does and on what, its seed, and a count where that is taken."""
     words = [" ".join(word for word in (step.action, step.target) if word) for step in job.steps]
     text = ", ".join(word for word in words if word) or registry.find(take.method).label
-    return f"{text[:LONGEST_NAME]} {take.seed}"
+    name = f"{text[:LONGEST_NAME]} {take.seed}"
+    again = (f"{name} ({count})" for count in itertools.count(2))
+    return name if name not in bpy.data.actions else next(n for n in again if n not in bpy.data.actions)
