@@ -16,8 +16,6 @@ from ..actions import keyframes, notes
 from ..character import armature, start
 from ..character.start import Place
 
-PAST = 2.0
-"""Seconds of the motion before the current frame that are read."""
 SAME_FLOOR = 0.2
 """Largest difference in metres between the stored start and the feet on the same floor."""
 FEET = [skeleton.INDEX[f"{side}_foot"] for side in ("left", "right")]
@@ -56,19 +54,23 @@ def _take(scene: bpy.types.Scene, owner: bpy.types.Object, pose: Motion, floor: 
         return None
     first, last = int(action.frame_range[0]), notes.take_end(action)
     now = min(scene.frame_current, last)
-    begin = max(first, now - round(PAST * keyframes.frames_per_second(scene)))
-    if now < begin:
+    if now < first:
         return None
-    motion = keyframes.read_motion(owner, action, begin, now, scene).resampled(30.0)
+    motion = keyframes.read_motion(owner, action, first, now, scene).resampled(30.0)
     if motion.contacts is None or motion.actions is None:
         return None
     motion = proportions.adapt(motion, pose.rest_joints)
     kind = ACTIONS[int(np.argmax(motion.actions[-1]))]
     under = pose.root[0] * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
-    # A seated character gets up in front of the seat, where its feet are.
-    front = pose.forward_kinematics()[0][0, FEET].mean(0) * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
     goal = Goal(motion.root[-1], motion.headings()[-1], kind) if kind in SEATED else None
-    return Take(0, motion, goal=goal, waypoints=np.stack([under, front if goal is not None else under]))
+    front = under if goal is None else _front(motion, pose) * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
+    return Take(0, motion, goal=goal, waypoints=np.stack([under, front]))
+
+
+def _front(motion: Motion, pose: Motion) -> np.ndarray:
+    """Return where a seated character gets up (3,): where it began to sit down, else where its feet are."""
+    begun = motion.interaction_start
+    return pose.forward_kinematics()[0][0, FEET].mean(0) if begun is None else motion.root[begun]
 
 
 def _floor(owner: bpy.types.Object, pose: Motion) -> float:
