@@ -1,15 +1,20 @@
 """The methods by name. The command line, the panel, the batch and the report ask here.
 
-A new method is a folder beside this file, and an entry in METHODS.
+A new method is a folder beside this file, whose `method.py` has a METHOD, and its name in FOLDERS.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
+
 from ..errors import UsageError
 from .method import Method
-from .samp.method import Samp
 
-METHODS: dict[str, Method] = {method.name: method for method in (Samp(),)}
+FOLDERS = ("samp",)
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (import_module(f".{folder}.method", __package__).METHOD for folder in FOLDERS)
+}
 DEFAULT = "samp"
 
 

@@ -9,9 +9,9 @@ def register() -> None:
 
     from . import menu, settings
 
+    settings.register()
     for cls in _classes():
         bpy.utils.register_class(cls)
-    settings.register()
     menu.register()
 
 
@@ -22,14 +22,14 @@ def unregister() -> None:
     from . import menu, settings
 
     menu.unregister()
-    settings.unregister()
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
+    settings.unregister()
 
 
 def _classes() -> list[type]:
-    """Return all classes; panels in the order of the sidebar."""
-    from . import lists, menu, panel, settings, takes
+    """Return all classes but the settings; panels in the order of the sidebar."""
+    from . import lists, menu, panel, takes
 
     panels = (*panel.CLASSES, *takes.CLASSES, *panel.LATER, *lists.CLASSES, *panel.LAST)
-    return [*settings.CLASSES, *menu.CLASSES, *panels]
+    return [*menu.CLASSES, *panels]

@@ -170,16 +170,20 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     step_index: IntProperty(name="Step", default=0)
 
 
-SAMP_PG_settings.__annotations__.update(method_options.annotations())
-
 CLASSES = (SAMP_PG_step, SAMP_PG_settings)
+_OWN = dict(SAMP_PG_settings.__annotations__)
 
 
 def register() -> None:
-    """Add the settings to scenes."""
+    """Add the settings to scenes, with the options of the methods that are there now."""
+    SAMP_PG_settings.__annotations__ = _OWN | method_options.annotations()
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
     bpy.types.Scene.samp = PointerProperty(type=SAMP_PG_settings)
 
 
 def unregister() -> None:
     """Remove the settings from scenes."""
     del bpy.types.Scene.samp
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

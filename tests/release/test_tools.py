@@ -17,6 +17,7 @@ import pytest
 import rooms
 from samp_blender.samp_addon.blender.render import workbench
 from samp_blender.samp_addon.blender.scene import read_scene
+from samp_blender.samp_addon.methods.samp.networks import Networks
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene.navmesh import navmesh, path
 from samp_blender.samp_addon.scene.seats import seats
@@ -73,7 +74,7 @@ def test_random_rooms_have_a_path_around_an_obstacle(seed):
 
 
 def test_evaluation_tables(tmp_path):
-    results = takes.evaluate("sit", 1, 2, [], fakes.TOOLS)
+    results = takes.evaluate("sit", 1, 2, [], fakes.NETWORKS)
     text = report.table("sit", results, [take.motion for take in results.takes])
     assert text.startswith("sit: 2 takes of 2 asked for")
     assert "| success | 2 of 2 (34% to 100%) |" in text
@@ -83,7 +84,7 @@ def test_evaluation_tables(tmp_path):
     assert "| execution time over real |" in report.table("sit", results, [], (2.0, 1.0))
     assert reference.real_pace([tmp_path / "nowhere"]) is None
     said = []
-    stuck = takes.evaluate("sit", 1, 2, [], fakes.STUCK, said.append)
+    stuck = takes.evaluate("sit", 1, 2, [], Networks(fakes.sample_goals, fakes.never), said.append)
     assert report.table("sit", stuck, []) == "sit: 0 takes of 2 asked for" and len(said) == 2
     assert takes.held_out_seats(tmp_path) == []
     comparison = report.comparison("sit", {"ours": results, "stuck": stuck}, []).splitlines()
@@ -94,7 +95,7 @@ def test_evaluation_tables(tmp_path):
 
 
 def test_evaluation_table_of_refinement():
-    results = takes.evaluate("sit", 1, 1, [], fakes.TOOLS)
+    results = takes.evaluate("sit", 1, 1, [], fakes.NETWORKS)
     result = refined.mend(results.takes[0], results.scenes[0])
     assert result.after["penetration_max_cm"] < result.before["penetration_max_cm"]
     text = refined.table("sit", [result, result])
@@ -104,7 +105,7 @@ def test_evaluation_table_of_refinement():
 @pytest.mark.skipif(not workbench.offscreen_works(), reason="no libEGL here")
 def test_contact_sheets_of_random_takes(tmp_path, monkeypatch):
     monkeypatch.setattr(sheets, "TILES", 2)
-    results = takes.evaluate("sit", 1, 3, [], fakes.TOOLS)
+    results = takes.evaluate("sit", 1, 3, [], fakes.NETWORKS)
     drawn = sheets.draw("sit", results, tmp_path / "new", 2)
     assert len(drawn) == 2 and all(path.stat().st_size > 1000 for path in drawn)
 
@@ -114,11 +115,11 @@ def test_without_the_planner_paths_are_straight():
 
     def generate(requests, progress):
         captured.extend(requests)
-        return fakes.TOOLS.generate(requests, progress)
+        return fakes.generate(requests, progress)
 
-    tools = replace(fakes.TOOLS, generate=generate)
-    takes.evaluate("sit", 1, 1, [], tools)
-    takes.evaluate("sit", 1, 1, [], takes.straight_on(tools))
+    networks = replace(fakes.NETWORKS, generate=generate)
+    takes.evaluate("sit", 1, 1, [], networks)
+    takes.evaluate("sit", 1, 1, [], takes.straight_on(networks))
     planned, straight = captured
     assert len(planned.waypoints) > 2 and len(straight.waypoints) == 2
     assert np.allclose(straight.waypoints, planned.waypoints[[0, -1]])

@@ -101,3 +101,6 @@ def trained_networks() -> Networks:
 def _paced(motion: Motion, speed: float) -> Motion:
     """Return the motion faster or slower by a factor, at the same frame rate."""
     return motion if speed == 1 else replace(motion, fps=motion.fps * speed).resampled(motion.fps)
+
+
+METHOD = Samp()
