@@ -85,7 +85,7 @@ def test_first_take_of_an_armature_stores_its_start(owner, asked, family):
 
 def test_take_of_another_file_starts_where_it_began(owner, asked):
     """A character from the batch has no marker: its active take says where it started."""
-    baking.run(bpy.context, Job(target="Sofa"), fakes.TOOLS)
+    baking.run(bpy.context, Job(target="Sofa"), tools=fakes.TOOLS)
     before = armature.standing_floor(owner)
     del owner[start.START_KEY]
     bpy.data.objects.remove(start_marker.find(owner))
@@ -123,7 +123,7 @@ def test_start_moves_with_the_character_and_can_be_set(owner, asked):
 def test_batch_starts_where_the_character_stands(owner, asked):
     start_marker.find(owner).location.x += 1.0
     tools = fakes.toolbox(networks.trained().generate)
-    baking.run(bpy.context, Job(target="Sofa"), tools)
+    baking.run(bpy.context, Job(target="Sofa"), tools=tools)
     assert np.abs(starts(asked)[0, :3] - armature.standing_floor(owner)[0]).max() < 0.6
     assert starts(asked)[0, 3] == pytest.approx(1.0, abs=1e-5)
 
