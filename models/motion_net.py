@@ -22,6 +22,7 @@ HIDDEN = 256
 EXTRAPOLATED_SHARE = 0.75
 ENCODER = ("state_encoder", "interaction_encoder", "mean", "log_variance")
 """Attributes of MotionNet that make up its encoder."""
+PAD_ON_GPU = True  # whether matrix sizes are padded to multiples of eight on a GPU
 WEIGHTS_FIRST_ROWS = 4  # batch size from which the weights are the left factor of the product
 
 
@@ -49,8 +50,13 @@ class ExpertLayer(nn.Module):
         """Return outputs (B, outputs) of x (B, inputs), mixed by gate (B, experts)."""
         if not self.training and len(x) >= WEIGHTS_FIRST_ROWS:
             return self._weights_first(x, gate)
-        each = (x @ self.weight.flatten(1)).unflatten(1, self.bias.shape)
-        mixed = torch.bmm(gate[:, None], each)[:, 0]
+        weight, outputs = self.weight, self.bias.shape[1]
+        if x.is_cuda and PAD_ON_GPU:
+            # Tensor cores need row lengths that are multiples of eight; other sizes run at a fraction of the speed.
+            pad_in, pad_out = -x.shape[1] % 8, -outputs % 8
+            x, weight = functional.pad(x, (0, pad_in)), functional.pad(weight, (0, pad_out, 0, 0, 0, pad_in))
+        each = (x @ weight.flatten(1)).unflatten(1, weight.shape[1:])
+        mixed = torch.bmm(gate[:, None], each)[:, 0, :outputs]
         return mixed + gate @ self.bias
 
     def _weights_first(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
@@ -111,6 +117,8 @@ class MotionNet(nn.Module):
         self.mean = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.log_variance = nn.Linear(256 + OBJECT_CODE, LATENT)
         self.decoder = Decoder(hidden=hidden)
+        # Count of the leading components of z that are drawn once for a whole take; the others are drawn every frame.
+        self.register_buffer("held", torch.zeros((), dtype=torch.int64))
         for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))

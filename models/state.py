@@ -47,7 +47,7 @@ def turn(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
 
 def turn3(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
     """Rotate vectors (..., 3) about the vertical by yaws (...)."""
-    flat = turn(vectors[..., [0, 2]], yaw)
+    flat = turn(vectors[..., 0::2], yaw)
     return torch.stack([flat[..., 0], vectors[..., 1], flat[..., 1]], dim=-1)
 
 
@@ -81,8 +81,7 @@ def reroot(state: torch.Tensor) -> torch.Tensor:
     origin = trajectory[:, NOW, 0:2]
     yaw = torch.atan2(trajectory[:, NOW, 2], trajectory[:, NOW, 3])
     offset = torch.stack([origin[:, 0], torch.zeros_like(yaw), origin[:, 1]], -1)
-    shift = torch.tensor([1.0, 0.0, 0.0, 0.0], dtype=state.dtype, device=state.device)
-    pose = pose - shift[None, None, :, None] * offset[:, None, None, :]
+    pose = torch.cat([pose[:, :, :1] - offset[:, None, None, :], pose[:, :, 1:]], 2)
     pose = turn3(pose, -yaw[:, None, None].expand(pose.shape[:3]))
     spread = -yaw[:, None].expand(-1, SAMPLES)
     positions = turn(trajectory[..., 0:2] - origin[:, None], spread)
@@ -123,7 +122,7 @@ def extrapolate(state: torch.Tensor) -> torch.Tensor:
         window = out[:, part].view(-1, SAMPLES, numbers)
         step = (window[:, 1:] - window[:, :-1]) / SAMPLE_STRIDE
         window += torch.cat([step, step[:, -1:]], 1)
-    out[:, CONTACTS] = 0
+    out[:, CONTACTS].zero_()
     return out
 
 
@@ -183,6 +182,7 @@ def interaction_features(
     object's centre, from ``reach`` minus 0.5 m to ``reach`` metres.
     """
     local = to_root(centres, root)
-    distance = local.mean(1)[:, [0, 2]].norm(dim=-1)
+    # Contiguous, because the norm of a strided row is rounded differently.
+    distance = local.mean(1)[:, 0::2].contiguous().norm(dim=-1)
     weight = ((reach - distance) / 0.5).clamp(0.0, 1.0)
     return (torch.cat([local, occupancy[..., None]], -1) * weight[:, None, None]).reshape(len(root), -1)

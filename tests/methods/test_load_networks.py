@@ -61,6 +61,14 @@ def test_loading_leaves_gradients_as_they_are(tmp_path, network, make, load, mod
     assert not net.training and not any(parameter.is_inference() for parameter in net.parameters())
 
 
+@pytest.mark.parametrize(("stored", "held"), [({}, 0), ({"held": torch.tensor(16)}, 16)])
+def test_weights_without_the_count_of_held_components_hold_none(tmp_path, stored, held):
+    tensors = motion_tensors()
+    del tensors["held"]
+    weights.save_weights("motion_net", tensors | stored, tmp_path)
+    assert int(load_motion_net(tmp_path).net.held) == held
+
+
 @pytest.mark.parametrize(("network", "make", "load"), NETWORKS, ids=["motion_net", "goal_net"])
 def test_a_replaced_file_is_loaded_again(tmp_path, network, make, load):
     weights.save_weights(network, make(seed=1), tmp_path)
@@ -76,7 +84,7 @@ def test_a_replaced_file_is_loaded_again(tmp_path, network, make, load):
 def test_no_part_of_the_shipped_motion_net_is_random():
     net = load_motion_net().net
     stored = weights.load_weights("motion_net")
-    assert {name for name in stored if not name.startswith("start_")} == set(net.state_dict())
+    assert {name for name in stored if not name.startswith("start_")} | {"held"} == set(net.state_dict())
     with pytest.raises(AttributeError):
         net.encode(torch.zeros(1, 647), torch.zeros(1, 647), torch.zeros(1, 2048))
 

@@ -6,7 +6,7 @@ import torch
 from samp_blender.models import state
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.skeleton import default_rest_joints
-from samp_blender.training.samp.motion_net.dataset import encode_sequence
+from samp_blender.training.samp.motion_net.learning.features import Encoder
 
 FRAMES, SPEED, YAW = 120, 1.5, np.pi / 2
 
@@ -24,7 +24,13 @@ def walk():
     actions[:, 1] = 1
     contacts = np.tile([0, 0, 0, 1, 0], (FRAMES, 1))
     goal = np.tile([7.0, 0.5, 3.0, 0.0, 0.0, 1.0], (FRAMES, 1))
-    return encode_sequence(root, quats, actions, contacts, goal, np.full(FRAMES, 3))
+    tensors = [
+        torch.as_tensor(values, dtype=torch.float32) for values in (root, quats, actions, contacts, goal)
+    ]
+    encoder = Encoder(
+        *tensors, torch.full((FRAMES,), 3), torch.zeros(FRAMES).long(), torch.full((FRAMES,), FRAMES - 1)
+    )
+    return *encoder.encode(torch.float32), encoder.roots
 
 
 def test_slices_cover_the_state_once():
@@ -116,3 +122,13 @@ def test_the_object_fades_out_with_distance():
     assert near.reshape(512, 4)[:, 3].eq(1).all()
     assert torch.allclose(near.reshape(512, 4)[0, :3], torch.tensor([0.0, 0.0, 1.0]), atol=1e-5)
     assert state.interaction_features(centres, occupancy, torch.tensor([[0.0, 4.0, 0.0]])).eq(0).all()
+
+
+def test_object_features_fade_as_the_shipped_weights_know_them():
+    """The distance is rounded as for contiguous rows, bit for bit: takes of the shipped weights depend on it."""
+    root = torch.randn(500, 3, generator=torch.Generator().manual_seed(0)) * torch.tensor([2.0, 2.0, 3.0])
+    centres, occupancy = torch.zeros(500, 512, 3), torch.ones(500, 512)
+    found = state.interaction_features(centres, occupancy, root).reshape(500, 512, 4)[:, 0, 3]
+    distance = state.to_root(centres, root).mean(1)[:, [0, 2]].norm(dim=-1)
+    assert torch.equal(found, ((3.0 - distance) / 0.5).clamp(0.0, 1.0))
+    assert ((found > 0) & (found < 1)).any()

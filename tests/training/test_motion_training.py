@@ -1,18 +1,25 @@
-"""MotionNet's training: what its rollouts see of the future, and a training that can be stopped and gone on with."""
+"""Training of MotionNet: observations of rollouts, drift, the step without host access, checkpoints and files."""
 
 import numpy as np
 import pytest
 import torch
-from samp_blender.models import state
+from samp_blender.models import state, weights
+from samp_blender.samp_addon import skeleton
+from samp_blender.samp_addon.methods.samp.rollout.rollout import Rollout
+from samp_blender.samp_addon.methods.samp.rollout.start import Start
 from samp_blender.training.composition.sequence import Sequence, save
-from samp_blender.training.samp.motion_net import dataset, train
+from samp_blender.training.samp.motion_net.learning import compact, drift, frames, merge, pieces, side_by_side
+from samp_blender.training.samp.motion_net.learning.rollouts import LATEST, Draws, Rollouts
+from samp_blender.training.samp.motion_net.learning.trainer import WINDOW, Trainer, window
+from samp_blender.training.samp.motion_net.schedule import Schedule
+from torch.utils._python_dispatch import TorchDispatchMode
 
 FRAMES = 200
 SEAT = np.array([0.0, 0.5, 6.0])
 
 
 def glide(action):
-    """A rest pose that glides 1 m/s along +Z with a sway of 3 cm; the goal is a seat 6 m ahead, or a way-point."""
+    """Return a rest pose that moves 1 m/s along +Z with a sway of 3 cm; the goal is a seat 6 m ahead or a way-point."""
     root = np.zeros((FRAMES, 3))
     root[:, 2] = np.arange(FRAMES) / state.FPS
     root[:, 0] = 0.03 * np.sin(2 * np.pi * 0.9 * np.arange(FRAMES) / state.FPS)
@@ -23,101 +30,208 @@ def glide(action):
     return Sequence(
         "sit" if action == 3 else "walk", root, quats, np.array(["walk"] * FRAMES), np.zeros((FRAMES, 2)),
         np.zeros(FRAMES, bool), goal, np.full(FRAMES, action), piece=0 if action == 3 else -1,
+        placement=(0.4, 6.0, 0.0), weight=0.5, more=[(0, (1.0, 6.0, 0.0))] if action == 3 else [],
     )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("training")
-    rng = np.random.default_rng(0)
+def path(tmp_path_factory):
+    """Return the file of a mirrored set of two sequences with one piece of furniture."""
+    sides = np.meshgrid(*[np.linspace(-0.3, 0.3, 8)] * 3, indexing="ij")
     grids = {
-        "centres": rng.normal(size=(1, 512, 3)).astype(np.float32),
-        "occupancy": rng.uniform(size=(1, 512)).astype(np.float32),
+        "centres": np.stack(sides, -1).reshape(1, 512, 3).astype(np.float32),
+        "occupancy": np.random.default_rng(0).uniform(size=(1, 512)).astype(np.float32),
     }
-    save(folder / "motion.npz", [glide(3), glide(1)], grids)
-    return dataset.load(folder / "motion.npz", folder / "features")
+    place = tmp_path_factory.mktemp("training") / "motion.npz"
+    save(place, [glide(3), glide(1)], grids, mirrored=True)
+    return place
 
 
-def trainer(data, truth=0.0):
-    schedule = train.Schedule(600, 1e-3, -2.0, -1.0, truth, 0.6, 0.5)
-    return train.Trainer(data, schedule, batch=4, seed=0)
+@pytest.fixture(scope="module")
+def data(path):
+    return frames.load(path, "cpu", window())
+
+
+def trainer(data, truth=0.0, **options):
+    torch.manual_seed(0)
+    schedule = Schedule(1e-3, -2.0, -1.0, truth, 0.6, 0.5, hidden=32, **options)
+    return Trainer(data, schedule, batch=4, seed=0)
+
+
+def rollouts(data, first, drifts=False):
+    """Return four rollouts at a frame that are fed with their own predictions."""
+    torch.manual_seed(0)
+    made = Rollouts(data, 4, WINDOW, drifts)
+    made.progress.truth.fill_(0.0)
+    made.at.fill_(first)
+    made.clock.fill_(first)
+    made.age.zero_()
+    made.own.copy_(data.roots[made.at])
+    return made
 
 
 def path_of(states):
     return states[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)[:, state.NOW + 1 :, :4]
 
 
-def test_the_planned_path_does_not_sway_with_the_steps():
-    clip = glide(1)
-    roots = torch.as_tensor(np.column_stack([clip.root[:, 0], clip.root[:, 2], np.zeros(FRAMES)]))
-    planned = dataset.smooth_path(roots)[40:-40]
-    assert planned[:, 0].abs().max() < 0.3 * roots[:, 0].abs().max()
-    assert torch.allclose(planned[:, 1], roots[40:-40, 1], atol=1e-3)
-
-
 def test_only_the_future_is_planned(data):
-    told = data.states[100, state.TRAJECTORY].reshape(state.SAMPLES, 9).astype(np.float32)
+    """The planned path does not sway with the steps."""
+    told = data.states[100, state.TRAJECTORY].reshape(state.SAMPLES, 9).float().numpy()
     swaying = data.roots[100 + state.SAMPLE_OFFSETS, 0].numpy() - data.roots[100, 0].numpy()
     assert np.allclose(told[: state.NOW + 1, 0], swaying[: state.NOW + 1], atol=2e-3)
     assert np.abs(told[state.NOW + 1 :, 0] - swaying[state.NOW + 1 :]).max() > 0.01
+
+
+def test_mirror_images(data):
+    """Mirror images exchange left and right and have the furniture on the other side of the path."""
+    assert len(data) == 4 * FRAMES and len(data.centres) == 2
+    swap = torch.as_tensor(skeleton.mirror_joints())
+    joints = data.states[[100, 100 + 2 * FRAMES], state.POSE].float().reshape(2, 22, 4, 3)[:, :, 0]
+    assert torch.allclose(joints[1], joints[0, swap] * torch.tensor([-1.0, 1.0, 1.0]), atol=2e-3)
+    at = torch.tensor([150, 150 + 2 * FRAMES])
+    seen = data.object_features(at, data.roots[at], torch.zeros(2).long()).reshape(2, 8, 8, 8, 4)
+    assert seen[0].abs().sum() > 0
+    assert torch.allclose(seen[1], seen[0].flip(0) * torch.tensor([-1.0, 1.0, 1.0, 1.0]), atol=1e-3)
 
 
 # frames 60 and 150 of the sit are 4 m and 1 m before the seat; 260 is frame 60 of the walk
 @pytest.mark.parametrize("frame, reach, planned", [(60, 1.4, True), (150, 1.4, False), (150, 0.4, True),
                                                    (260, 1.4, True), (260, 1e9, False)])  # fmt: skip
 def test_the_path_is_planned_until_near_the_seat(data, frame, reach, planned):
-    trainer_ = trainer(data)
-    frames = np.full(4, frame)
-    truth = torch.as_tensor(data.states[frames].astype(np.float32))
-    predicted = truth + 0.05
-    x, at = trainer_._next_input(predicted, frames, frames, torch.ones(4, 1), torch.full((4, 1), reach))
-    truth = torch.as_tensor(data.states[at].astype(np.float32))
-    assert np.abs(at - frames).max() <= 1
-    assert not torch.allclose(x[:, state.POSE], truth[:, state.POSE], atol=1e-3), (
-        "with P = 0 the pose is its own"
-    )
-    assert torch.allclose(path_of(x), path_of(truth)) == planned
-    assert torch.allclose(x[:, state.GOAL], truth[:, state.GOAL])
+    made = rollouts(data, frame)
+    made.reach.fill_(reach)
+    made.advance(data.targets[made.at].float() + 0.02, torch.ones(264), Draws.new(4, "cpu"))
+    truth = data.states[made.at].float()
+    assert (made.at - frame - 1).abs().max() <= 1 and (made.age == 1).all()
+    assert not torch.allclose(made.x[:, state.POSE], truth[:, state.POSE], atol=1e-3), "the pose is predicted"
+    assert torch.allclose(path_of(made.x), path_of(truth), atol=1e-5) == planned
+    assert torch.allclose(made.x[:, state.GOAL], truth[:, state.GOAL], atol=1e-5)
 
 
 @pytest.mark.parametrize("late", [0, -1, 1])
-def test_a_rollout_that_is_late_or_early_is_told_the_frame_it_is_at(data, late):
-    """The clip sways, so that its frames can be told apart by their velocities."""
-    frames = np.full(4, 262)
-    fed = torch.as_tensor(data.states[frames + late].astype(np.float32))
-    assert (trainer(data)._aligned(fed, frames, frames) == frames + late).all()
-    far = trainer(data)._aligned(fed, frames, frames - 2 * train.LATEST)
-    assert (far == frames - train.LATEST).all(), "never farther off the clock than that"
+def test_a_late_or_early_rollout_is_aligned_with_its_frame(data, late):
+    """The clip sways, so that its frames differ in their velocities."""
+    made, at = rollouts(data, 262), torch.full((4,), 262)
+    fed = data.states[at + late].float()
+    assert (made._aligned(fed, at, at.float(), torch.ones(264)) == at + late).all()
+    far = made._aligned(fed, at, at.float() - 2 * LATEST, torch.ones(264))
+    assert (far == at - LATEST).all(), "never more than LATEST off the clock"
 
 
-def test_training_goes_on_where_it_stopped(data, tmp_path):
-    through = trainer(data, 1.0)
-    losses = [through.rollout()["loss"]]
+def test_drifted_rollouts_return_to_the_path(data):
+    """With perfect predictions, rollouts off the captured path return to it, and observe the goal correctly."""
+    made = rollouts(data, 262, drifts=True)
+    aside = torch.tensor([[0.2, 0.0, 0.1], [-0.2, 0.1, 0.0], [0.0, 0.0, -0.3], [0.0, 0.0, 0.0]])
+    made.own.copy_(drift.displace(data.roots[made.at], aside))
+    for _ in range(50):
+        made.advance(made.targets(), torch.ones(264), Draws.new(4, "cpu"))
+    left = np.exp(-50 / state.FPS / drift.RETURN)
+    assert torch.allclose(made.drift()[:, 2].abs(), left * aside[:, 2].abs(), atol=0.02)
+    assert (made.drift()[:, 0].abs() < left * aside.norm(dim=-1) + 0.02).all(), "off the path"
+    pose = made.x[:, state.POSE].reshape(4, 22, 4, 3)[:, :, 0]
+    assert torch.allclose(
+        pose, data.states[made.at, state.POSE].float().reshape(4, 22, 4, 3)[:, :, 0], atol=0.01
+    )
+    goal = made.x[:, state.GOAL].reshape(4, 13, 11)[:, state.NOW, :3]
+    assert torch.allclose(goal[:, 0::2], state.flat_to_root(data.goal[made.at], made.own), atol=0.01)
+
+
+def test_lost_rollouts_are_restarted(data):
+    made = rollouts(data, 262, drifts=True)
+    wrong = made.targets()
+    wrong[0] = float("nan")
+    wrong[1, state.TRAJECTORY.start + state.NOW * 9] += 2.0
+    made.advance(wrong, torch.ones(264), Draws.new(4, "cpu"))
+    assert made.age.tolist() == [0, 0, 1, 1] and made.x.isfinite().all()
+
+
+def test_held_components_of_z_are_constant_and_others_are_drawn_every_step(data):
+    made = trainer(data, held=8)
+    mean, log_variance = torch.zeros(8, 64), torch.zeros(8, 64)
+    first, again = (made._sample_z(mean, log_variance)[0] for _ in range(2))
+    assert torch.equal(first[:, :8], again[:, :8]) and not torch.equal(first[:, 8:], again[:, 8:])
+    assert torch.equal(first[:, :8], made.rollouts.noise[:, :8])
+    centres, heights = torch.zeros(2, 512, 3), np.zeros((22, 4)) + [1.0, 0, 0, 0]
+    starts = [Start.standing(0.93, heights, np.zeros(3))] * 2
+    run = Rollout(made.net.eval(), starts, centres, torch.zeros(2, 512), [1, 2], torch.full((2, 1), 0.1))
+    run.set_goals(torch.zeros(2, 11))
+    assert run.held_z.shape == (2, 8)
+    assert torch.equal(run.select(torch.tensor([1])).held_z, run.held_z[1:])
+
+
+def test_a_step_reads_no_value_on_the_host(data):
+    """A step that can be captured as a graph on a GPU transfers no value to or from the host."""
+    seen = []
+
+    class Watch(TorchDispatchMode):
+        def __torch_dispatch__(self, operation, types, args=(), kwargs=None):
+            seen.append(str(operation))
+            return operation(*args, **(kwargs or {}))
+
+    made = trainer(data, held=8)
+    made._advance()
+    with Watch():
+        made._advance()
+    forbidden = ("lift_fresh", "_local_scalar_dense", "nonzero", "masked_select")
+    assert len(seen) > 100 and not [name for name in seen if any(word in name for word in forbidden)]
+
+
+def test_training_reduces_the_loss_and_resumes(data, tmp_path):
+    through = trainer(data, 1.0, held=4)
+    for _ in range(60):
+        through.step(0.0)
+    before = through.losses()["loss"]
     through.save(tmp_path / "checkpoint.pt")
-    losses.append(through.rollout()["loss"])
-    assert losses[1] < 0.7 * losses[0], "sixty steps on two sequences must teach something"
-    again = trainer(data, 0.5)
+    for _ in range(60):
+        through.step(0.0)
+    assert through.losses()["loss"] < 0.7 * before
+    again = trainer(data, 0.5, held=4)
     again.resume(tmp_path / "checkpoint.pt")
-    assert again.step_number == train.WINDOW
-    assert all(
-        torch.equal(a, b) for a, b in zip(again.net.state_dict().values(),
-                                          _saved(tmp_path / "checkpoint.pt"), strict=True)
-    )  # fmt: skip
-    assert np.array_equal(again.draw_windows(), _windows_after(data, tmp_path / "checkpoint.pt"))
+    assert again.step_number == 60
+    saved = torch.load(tmp_path / "checkpoint.pt", weights_only=True)["net"]
+    assert all(torch.equal(value, saved[name]) for name, value in again.net.state_dict().items())
 
 
-def _saved(path):
-    return torch.load(path, weights_only=True)["net"].values()
-
-
-def _windows_after(data, path):
-    other = trainer(data, 0.5)
-    other.resume(path)
-    return other.draw_windows()
-
-
-def test_a_network_that_shall_not_see_the_object_sees_nothing_of_it(data):
-    schedule = train.Schedule(600, 1e-3, -2.0, -1.0, 0.0, 0.6, 0.5, sees_object=False)
-    net = train.Trainer(data, schedule, batch=4, seed=0).net
+def test_a_network_without_the_object_is_blind_to_it(data):
+    net = trainer(data, sees_object=False).net
     some, other = torch.rand(2, 2048), torch.zeros(2, 2048)
     assert torch.allclose(net.normalised_object(some), net.normalised_object(other), atol=0.05)
+
+
+def test_the_compact_file_has_the_same_arrays(path):
+    raw = dict(np.load(path))
+    compact.write(raw, path.with_suffix(".bin"))
+    back = compact.read(path.with_suffix(".bin"))
+    assert set(back) == set(raw)
+    for name, near in (("root", 2e-5), ("rotations", 0), ("piece_centres", 1e-5), ("piece_occupancy", 3e-3),
+                       ("actions", 3e-3), ("goal", 0), ("lengths", 0), ("more_placements", 0)):  # fmt: skip
+        assert np.abs(raw[name].astype(float) - back[name].astype(float)).max() <= near, name
+
+
+def test_merging_kinds_of_two_sets(path):
+    raw = dict(np.load(path))
+    walk, sit = (merge.chosen(raw, raw["kinds"] == kind) for kind in ("walk", "sit"))
+    both = merge.joined(walk, sit)
+    assert both["kinds"].tolist() == ["walk", "sit"] and both["pieces"].tolist() == [-1, 1]
+    assert np.array_equal(both["root"][FRAMES:], raw["root"][:FRAMES])
+    with pytest.raises(ValueError, match="mirror"):
+        merge.joined(walk, sit | {"mirrored": np.array(False)})
+
+
+def test_weights_are_split_and_assembled(data, tmp_path, monkeypatch):
+    monkeypatch.setattr(pieces, "MOST", 2_000_000)
+    name, options = side_by_side.parse_run("slim:hidden=32,batch=4,held=8,rate=1e-3,encoder=1")
+    run = side_by_side.Run(name, options, data, graph=False, fuse=False)
+    run.queue_steps(0.0)
+    out, scratch = tmp_path / "out", tmp_path / "scratch"
+    out.mkdir()
+    scratch.mkdir()
+    starts = {"start_heights": torch.ones(1), "start_rotations": torch.ones(1, 22, 4)}
+    side_by_side.save([run], starts, out, scratch)
+    assert len(list(out.glob("slim.*"))) > 1
+    pieces.join(out, tmp_path / "joined")
+    tensors = weights.load_weights("motion_net", tmp_path / "joined" / "slim")
+    assert int(tensors["held"]) == 8 and not any(key.startswith("state_encoder") for key in tensors)
+    first = "decoder.gate.0.weight"
+    assert torch.allclose(tensors[first].float(), run.trainer.average[first], atol=1e-3)
+    assert (tmp_path / "joined" / "slim" / "encoder.safetensors").exists()

@@ -1,12 +1,13 @@
 """Builds MotionNet's training set from the prepared motion capture and furniture, with one command.
 
-python -m samp_blender.training.composition.prepare --mocap FOLDER --furniture FOLDER --output cache/motion.npz
+python -m samp_blender.training.composition.prepare --mocap FOLDER ... --furniture FOLDER --output cache/motion.npz
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,15 @@ from ...samp_addon.scene import geometry
 from ...samp_addon.scene.seats import seats
 from ...samp_addon.scene.voxels import InteractionGrid
 from .. import furniture
-from ..mocap import clip_files, natural
+from ..mocap import natural, sources
 from ..mocap.events import sit_events
 from ..mocap.posture import neutralised
 from .lies import LieComposer
+from .long_sits import long_sits
+from .other_pieces import other_pieces
 from .recline import reclines
 from .runs import RunComposer
-from .sequence import Sequence, save
+from .sequence import save
 from .sits import Composer, Furnishing
 from .stitch import WalkIndex
 from .walks import walk_sequence
@@ -31,6 +34,9 @@ PROCEDURAL = {"chair": 40, "armchair": 30, "stool": 20, "bar_stool": 20, "bench"
               "office_chair": 20, "pouf": 12, "table": 12, "bed": 12}  # fmt: skip
 COPIES = 3
 PLACES = 16  # goals of a piece
+SHORT = 600  # frames of the longest clips from which runs are composed; longer ones contain whole runs and are kept
+LONG_SITS = 3  # long sits composed from every clip of sitting down of Rocketbox, besides the original
+ROCKETBOX_SITS = 4  # sequences tried for each sit of Rocketbox: all start and end in the same few rest poses
 
 
 def furnishings(
@@ -63,7 +69,7 @@ def furnishings(
 
 
 def build(
-    mocap_folder: Path,
+    mocap_folders: list[Path],
     furniture_folder: Path | None,
     seed: int,
     sits_per_event: int,
@@ -73,22 +79,28 @@ def build(
 ) -> tuple:
     """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action.
 
-    plain: nothing is mirrored and sits stay as they were captured, for the ablation without augmentation.
+    Mirror images are not included; they are added when the file is read. plain: sits stay as captured, for the ablation
+    without augmentation.
     """
     rng = np.random.default_rng(seed)
-    clips = neutralised(clip_files.load_clips(mocap_folder))
-    clips += [] if plain else [clip_files.mirror(clip) for clip in clips]
-    walks = [natural.astray_marked(c) for c in clips if not natural.styled(c)]
-    sequences: list[Sequence] = [walk_sequence(c, rng) for c in walks if len(c) > 75 and natural.on_foot(c)]
-    running = RunComposer(walks, seed)
+    clips = neutralised(sources.load(mocap_folders))
+    walks = [natural.astray_marked(c) for c in clips if sources.walks(c)]
+    sequences = [
+        replace(walk_sequence(c, rng), weight=sources.weight(c.name))
+        for c in walks
+        if len(c) > 75 and natural.on_foot(c)
+    ]
+    running = RunComposer([c for c in walks if len(c) <= SHORT], seed)
     made = (running.compose() for _ in range(runs))
     sequences += [walk_sequence(clip, rng) for clip in made if clip is not None]
     chairs, beds, grids = furnishings(furniture_folder, seed)
-    events = [event for clip in clips for event in sit_events(clip)]
+    sitting = clips if plain else clips + long_sits(clips, LONG_SITS, rng)
+    events = [event for clip in sitting for event in sit_events(clip)]
     composer = Composer([p for p in chairs if p.goals], WalkIndex(walks), seed, plain)
     for event in events:
-        made = (composer.compose(event) for _ in range(sits_per_event))
-        sequences += [s for s in made if s is not None]
+        tries = ROCKETBOX_SITS if event.clip.name.startswith("rb_") else sits_per_event
+        made = (composer.compose(event) for _ in range(tries))
+        sequences += [replace(s, more=other_pieces(s, composer.seats, rng)) for s in made if s is not None]
     lying = LieComposer([p for p in beds if p.goals], events, reclines(clips), composer.approach, seed)
     made = (lying.compose() for _ in range(lies))
     sequences += [s for s in made if s is not None]
@@ -97,7 +109,7 @@ def build(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mocap", type=Path, required=True)
+    parser.add_argument("--mocap", type=Path, nargs="+", required=True, help="folders of clips")
     parser.add_argument("--furniture", type=Path)
     parser.add_argument("--output", type=Path, default=Path("cache/motion.npz"))
     parser.add_argument("--seed", type=int, default=0)
@@ -118,7 +130,7 @@ def main() -> None:
         options.runs,
         options.plain,
     )
-    save(options.output, sequences, grids)
+    save(options.output, sequences, grids, mirrored=not options.plain)
     for kind in sorted({s.kind for s in sequences}):
         frames = sum(len(s) for s in sequences if s.kind == kind)
         print(f"{kind}: {sum(s.kind == kind for s in sequences)} sequences, {frames / 1800:.1f} minutes")

@@ -21,7 +21,8 @@ class Sequence:
     goal: (T, 6) world position and direction of the goal in force; goal_action: (T,) index into ACTIONS.
     piece: index of the furniture, -1 for none; placement: (x, z, yaw) of the piece in the world, metres and radians.
     open_start, open_end: True where the motion was cut while moving, so that what lies beyond is unknown.
-    kind: which share of the data it belongs to, for balanced sampling.
+    kind: which share of the data it belongs to, for balanced sampling. weight: of its frames in
+    sampling, relative to others of the kind. more: (piece, placement) of other furniture that the motion fits.
     """
 
     kind: str
@@ -37,6 +38,8 @@ class Sequence:
     open_start: bool = True
     open_end: bool = True
     hands: np.ndarray | None = field(default=None)
+    weight: float = 1.0
+    more: list[tuple[int, tuple[float, float, float]]] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.root)
@@ -60,9 +63,25 @@ class Sequence:
 _ARRAYS = ("root", "rotations", "goal", "goal_action", "bad")
 
 
-def save(path: Path, sequences: list[Sequence], pieces: dict[str, np.ndarray]) -> None:
-    """All sequences and the pieces' grids in one compact file: quaternions as int16."""
+def _more(sequences: list[Sequence]) -> tuple[np.ndarray, np.ndarray]:
+    """Return other pieces (S, K), padded with -1, and their placements (S, K, 3)."""
+    most = max((len(s.more) for s in sequences), default=0)
+    pieces, placements = np.full((len(sequences), most), -1), np.zeros((len(sequences), most, 3), np.float32)
+    for k, sequence in enumerate(sequences):
+        for i, (piece, place) in enumerate(sequence.more):
+            pieces[k, i], placements[k, i] = piece, place
+    return pieces, placements
+
+
+def save(
+    path: Path, sequences: list[Sequence], pieces: dict[str, np.ndarray], mirrored: bool = False
+) -> None:
+    """All sequences and the pieces' grids in one compact file: quaternions as int16.
+
+    mirrored: the mirror image of every sequence belongs to the set and is added when the file is read.
+    """
     lengths = np.array([len(s) for s in sequences])
+    more_pieces, more_placements = _more(sequences)
     cat = lambda f, dtype: np.concatenate([f(s) for s in sequences]).astype(dtype)
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(
@@ -71,6 +90,10 @@ def save(path: Path, sequences: list[Sequence], pieces: dict[str, np.ndarray]) -
         kinds=np.array([s.kind for s in sequences]),
         pieces=np.array([s.piece for s in sequences]),
         placements=np.array([s.placement for s in sequences], dtype=np.float32),
+        weights=np.array([s.weight for s in sequences], dtype=np.float32),
+        more_pieces=more_pieces,
+        more_placements=more_placements,
+        mirrored=np.array(mirrored),
         open_ends=np.array([(s.open_start, s.open_end) for s in sequences]),
         root=cat(lambda s: s.root, np.float32),
         rotations=np.round(cat(lambda s: s.rotations, np.float64) * 32767).astype(np.int16),

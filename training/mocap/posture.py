@@ -19,6 +19,7 @@ NEUTRAL = {"pelvis": 3.0, "spine3": 5.0, "head": 7.0}
 """Degrees forward in walking and standing, as in the captures whose soles, hips and skull were fitted best."""
 UPRIGHT = ("walk", "idle", "shift")
 STANDING = 0.8  # metres of the pelvis over the floor
+MULTI_SUBJECT_SETS = ("rb", "ac")
 FEWEST = 20  # frames that tell a posture
 # How much of pelvis', chest's and head's corrections each joint takes; arms and legs keep their directions.
 SHARES = {
@@ -28,8 +29,9 @@ SHARES = {
 
 
 def subject(clip: Clip) -> str:
-    """Who was captured: the name's first part."""
-    return clip.name.split("_")[0]
+    """Return the subject of a clip: the first part of the name, or two parts for sets of several subjects."""
+    parts = clip.name.split("_")
+    return "_".join(parts[:2]) if parts[0] in MULTI_SUBJECT_SETS else parts[0]
 
 
 def tilts(clip: Clip) -> np.ndarray:

@@ -73,6 +73,8 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
         except KeyError as error:
             raise weights.missing_tensor(error.args[0], path) from error
         net.drop_encoder()
+        # Weights trained without a held part of z may lack the count.
+        tensors.setdefault("held", torch.zeros_like(net.held))
         weights.fill(net, tensors, path)
         return MotionNetwork(net.eval(), start_heights.float(), start_rotations.float())
 

@@ -1,6 +1,6 @@
 """Turns a checkpoint's averaged weights into models/weights/motion_net.safetensors, with start poses.
 
-python -m samp_blender.training.samp.motion_net.export --work RUN_FOLDER --mocap FOLDER
+python -m samp_blender.training.samp.motion_net.export --work RUN_FOLDER --mocap FOLDER ...
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ import torch
 
 from ....models import weights
 from ....samp_addon import rotation, skeleton
-from ...mocap import clip_files
-from ...mocap.natural import styled
+from ...mocap import clip_files, sources
 from ...mocap.posture import neutralised
 
 START_POSES = 12
@@ -22,10 +21,10 @@ _UPRIGHT = 0.97  # cosine
 _QUIET = 0.05  # m/s that the pelvis may move in a start pose
 
 
-def start_poses(folder: Path, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def start_poses(folders: list[Path], seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Pelvis heights (K,) and local quaternions (K, 22, 4) of quiet upright standing, from different clips."""
     heights, poses = [], []
-    clips = [clip for clip in neutralised(clip_files.load_clips(folder)) if not styled(clip)]
+    clips = [clip for clip in neutralised(sources.load(folders)) if sources.walks(clip)]
     for k in np.random.default_rng(seed).permutation(len(clips)):
         clip = clips[k]
         speed = (
@@ -62,12 +61,14 @@ def _upright(clip: clip_files.Clip) -> np.ndarray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--mocap", type=Path, required=True)
+    parser.add_argument("--mocap", type=Path, nargs="+", required=True)
     parser.add_argument("--folder", type=Path, default=weights.FOLDER)
     parser.add_argument("--last", action="store_true", help="the last weights, not their running average")
     options = parser.parse_args()
     body = torch.load(options.work / "checkpoint.pt", map_location="cpu", weights_only=True)
-    tensors = {k: v for k, v in body["net"].items() if k.startswith(("input_", "target_", "object_"))}
+    tensors = {
+        k: v for k, v in body["net"].items() if k.startswith(("input_", "target_", "object_")) or k == "held"
+    }
     learnt = body["net" if options.last else "average"]
     tensors |= {k: v for k, v in learnt.items() if k.startswith("decoder.")}
     heights, poses = start_poses(options.mocap)

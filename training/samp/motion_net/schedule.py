@@ -1,4 +1,4 @@
-"""What is trained and how long: scheduled sampling (equation 5) and the learning rate over a training."""
+"""Schedule of a training: scheduled sampling (equation 5), lengths of rollouts, learning rate."""
 
 from __future__ import annotations
 
@@ -8,12 +8,21 @@ import numpy as np
 
 from ....models.motion_net import HIDDEN
 
+WARM_UP = 300  # steps in which the learning rate rises
+LEAST_RATE = 0.02
+
 
 @dataclass
 class Schedule:
-    """What is trained and how: P of equation 5 and the learning rate, over the share of training done."""
+    """Options of a training. Times are shares of the training done, 0 to 1, in steps or seconds.
 
-    steps: int
+    P of equation 5 falls from 1 at sampling_from to least_truth. prior_share: share of rollouts with z as at run time.
+    held: count of the components of z that are constant during a rollout; held_weight: of their KL divergence.
+    most_frames: length of the longest rollouts, reached between longer_from and longer_to. average: decay of the
+    averaged weights per ten steps. drifts: rollouts keep their own place in the world and learn to return to the
+    captured path (learning/drift.py).
+    """
+
     rate: float
     sampling_from: float
     sampling_to: float
@@ -23,13 +32,24 @@ class Schedule:
     network: str = "motion_net"
     sees_object: bool = True
     hidden: int = HIDDEN
+    held: int = 0
+    held_weight: float = 0.3
+    most_frames: int = 60
+    longer_from: float = 0.3
+    longer_to: float = 0.6
+    average: float = 0.98
+    drifts: bool = True
 
-    def keep_truth(self, step: int) -> float:
-        """Probability that the true state, not the prediction, is the next input."""
-        done = step / self.steps
+    def keep_truth(self, done: float) -> float:
+        """Return the probability that the true state, not the prediction, is the next input."""
         falling = 1 - (done - self.sampling_from) / (self.sampling_to - self.sampling_from)
         return float(np.clip(falling, self.least_truth, 1))
 
-    def learning_rate(self, step: int) -> float:
-        """Linear warm-up over 300 steps, then linear decay."""
-        return self.rate * min(1.0, (step + 1) / 300) * max(0.02, 1 - step / self.steps)
+    def longest(self, done: float, shortest: int) -> float:
+        """Return the length of the longest rollouts, frames."""
+        grown = np.clip((done - self.longer_from) / (self.longer_to - self.longer_from), 0, 1)
+        return shortest + max(self.most_frames - shortest, 0) * float(grown)
+
+    def learning_rate(self, done: float, step: int) -> float:
+        """Return the learning rate: linear warm-up over WARM_UP steps, then linear decay."""
+        return self.rate * min(1.0, (step + 1) / WARM_UP) * max(LEAST_RATE, 1 - done)

@@ -18,12 +18,15 @@ from .... import skeleton
 from .start import Start
 
 FUTURE = state.SAMPLES - state.NOW - 1
+# Standard deviation, in training, of the components of z that are drawn every frame. Those held for a whole take have
+# 1 there, so that they are scaled by the style relative to this.
+FRAME_NOISE = 0.1
 GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
 _PER_TAKE = (
-    "style", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots", "past_actions",
-    "past_goals", "roots", "future_roots", "future_actions",
+    "style", "held_z", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots",
+    "past_actions", "past_goals", "roots", "future_roots", "future_actions",
 )  # fmt: skip
 
 
@@ -68,6 +71,7 @@ class Rollout:
         self.net, self.style = net, style
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
+        self.held_z = self._noise(int(net.held)) * style / FRAME_NOISE
         rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
         stacked = lambda name: torch.stack([getattr(start, name) for start in starts])
@@ -128,10 +132,15 @@ class Rollout:
     def step(self, guide: Guide | None = None) -> Frame:
         """Generate the next frame of every take."""
         x = self._input()
-        z = torch.stack([torch.randn(LATENT, generator=g) for g in self.generators]) * self.style
+        held = self.held_z.shape[1]
+        z = torch.cat([self.held_z, self._noise(LATENT - held) * self.style], 1)
         y = self.net.step(x, self._object(), z)
         self._advance(y, guide)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
+
+    def _noise(self, count: int) -> torch.Tensor:
+        """Return normal random numbers (B, count), drawn from the generator of each take."""
+        return torch.stack([torch.randn(count, generator=g) for g in self.generators])
 
     def _advance(self, y: torch.Tensor, guide: Guide | None) -> None:
         """Advance the state by a prediction y of the network, in the frame of the previous roots."""
