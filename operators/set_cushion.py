@@ -31,7 +31,7 @@ class SAMP_OT_set_cushion(bpy.types.Operator):
         if not outcome.in_object_or_pose_mode(cls, context):
             return False
         if not pieces.selected(context):
-            cls.poll_message_set("Select the seat first")
+            cls.poll_message_set("No furniture is selected; select the seat first")
             return False
         return True
 

@@ -274,7 +274,7 @@ def test_soft_seat_and_refine_are_greyed_with_a_reason():
         bpy.ops.samp.refine()
     owner = character.create_character(bpy.context)
     assert not bpy.ops.samp.set_cushion.poll()
-    with pytest.raises(RuntimeError, match="Select the seat first"):
+    with pytest.raises(RuntimeError, match="select the seat first"):
         bpy.ops.samp.set_cushion()
     with pytest.raises(RuntimeError, match="has no Action"):
         bpy.ops.samp.refine()
