@@ -32,6 +32,10 @@ class JobOperator(ThreadOperator):
         """Return whether the caller chose the seed; otherwise the sidebar's seed is used and increased."""
         return False
 
+    def fits_range(self) -> bool:
+        """Return whether the setting Fit Frame Range applies: to buttons, not to the calls of a script."""
+        return self._run is not None
+
     def run_now(self, context: bpy.types.Context) -> Result:
         from ..samp_addon.blender.takes import baking
 
@@ -51,7 +55,7 @@ class JobOperator(ThreadOperator):
             seeds = len(result.variants) + len(result.failures)
             settings.seed = (settings.seed + seeds) % 2**31  # the next press gives another take
         settings.character = settings.character or result.owner
-        if settings.fit_range:
+        if settings.fit_range and self.fits_range():
             scene.frame_end = max(variant["frame_end"] for variant in result.variants)
         return baking.sentence(result)
 
@@ -134,6 +138,9 @@ class SettingsOperator(JobOperator):
 
     `why_not` returns why there can be none now.
     """
+
+    def fits_range(self) -> bool:
+        return True
 
     @classmethod
     def why_not(cls, context: bpy.types.Context) -> str:
