@@ -16,6 +16,7 @@ from ..samp_addon.methods.samp import goals
 from ..samp_addon.methods.samp.load_networks import load_motion_net
 from ..samp_addon.methods.samp.networks import Networks
 from ..samp_addon.methods.samp.rollout import generator
+from . import furniture
 from .evaluation import reference, refined, report, sheets, stages
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rooms", type=int, default=12)
     parser.add_argument("--takes", type=int, default=3)
     parser.add_argument("--actions", nargs="+", default=["sit", "lie", "walk", "run"])
-    parser.add_argument("--furniture", type=Path, default=SHARED / "furniture")
+    parser.add_argument("--furniture", type=Path, default=furniture.available(SHARED / "furniture"))
     parser.add_argument("--mocap", type=Path, default=SHARED / "mocap" / "test")
     parser.add_argument(
         "--versions",
@@ -66,6 +67,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.no_planner and versions:
         name, networks = next(iter(versions.items()))
         versions[f"{name}, no planner"] = straight_on(networks)
+    if options.furniture == furniture.library.SHIPPED_FOLDER:
+        print(furniture.missing(SHARED / "furniture"))
+    if not options.mocap.is_dir():
+        print(f"{options.mocap} is missing, so no measure of captured motion stands beside the takes'.")
     pace = reference.real_pace([options.mocap, options.mocap.parent / "smplx30"])
     for action in options.actions:
         pieces = held_out_seats(options.furniture, action, options.pieces)

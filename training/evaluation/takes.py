@@ -67,9 +67,9 @@ class Results:
 
 
 def held_out_seats(folder: Path, action: str = "sit", part: str = "all") -> list[furniture.piece.Piece]:
-    """The real pieces to sit or lie on that no training has seen; none where the folder is missing.
+    """The pieces to sit or lie on that no training has seen, with procedural ones where the library is missing.
 
-    part: "tuning", "final" (see furniture.library.part_of) or "all".
+    None where the folder is missing. part: "tuning", "final" (see furniture.library.part_of) or "all".
     """
     try:
         pieces = furniture.library.load(folder, held_out=True)
@@ -77,6 +77,8 @@ def held_out_seats(folder: Path, action: str = "sit", part: str = "all") -> list
         return []
     if part != "all":
         pieces = [piece for piece in pieces if furniture.library.part_of(piece.name) == part]
+    if folder == furniture.library.SHIPPED_FOLDER:
+        pieces += furniture.unseen(SEATS.get(action, ()))
     fit = [piece for piece in pieces if piece.category in SEATS.get(action, ())]
     if action == "lie":
         fit = [piece for piece in fit if np.ptp(piece.triangles, axis=(0, 1)).max() >= LONG_ENOUGH]

@@ -14,6 +14,9 @@ from .piece import Piece
 
 DEFAULT_FOLDER = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "furniture"
 
+SHIPPED_FOLDER = Path(__file__).resolve().parent / "pieces"
+"""A few pieces in the public domain, all of them held out; see CREDITS.md there."""
+
 # Filed under a category that they are not: a car, and a tablet computer.
 NOT_FURNITURE = frozenset({"chair_scopia_seat_leon", "table_scopia_tablet"})
 
@@ -40,6 +43,21 @@ _COMPONENTS = {
     5126: np.float32,
 }
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def available(folder: Path = DEFAULT_FOLDER) -> Path:
+    """Return the library's folder if it is there, else that of the pieces that the repository ships."""
+    return Path(folder) if (Path(folder) / "manifest.csv").is_file() else SHIPPED_FOLDER
+
+
+def missing(folder: Path = DEFAULT_FOLDER) -> str:
+    """Return one sentence on what cannot be evaluated without the library; empty where it is there."""
+    if available(folder) == Path(folder):
+        return ""
+    return (
+        f"{folder} is missing, so 5 shipped and some procedural pieces are used; with the Sweet Home 3D furniture "
+        "there (GLB files and a manifest.csv, see docs/training.md), all held-out pieces are."
+    )
 
 
 def is_held_out(name: str) -> bool:

@@ -62,6 +62,7 @@ def write_motion(
         for k in range(channel.values.shape[1]):
             writer.add(path, k, times[: len(channel.values)], channel.values[:, k], channel.bone)
     notes.write_motion(action, motion, frame_start)
+    action[notes.CHARACTER_KEY] = armature.name
     if activate:
         activate_action(armature, action)
     return action

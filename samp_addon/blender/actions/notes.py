@@ -30,6 +30,9 @@ WARNINGS_KEY = "samp_warnings"
 
 STAR_KEY = "samp_star"
 
+CHARACTER_KEY = "samp_character"
+"""Name of the armature that the take was made for."""
+
 MEASURES = (
     "position_error_cm", "rotation_error_deg", "penetration_max_cm", "foot_slide_cm_s", "stance_slide_cm_s",
     "contact", "jerk_m_s3",

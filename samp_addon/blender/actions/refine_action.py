@@ -22,7 +22,7 @@ from ...refine import refinement as optimiser
 from ...refine.refinement import Refined, Settings, Surroundings
 from ...scene.geometry import SceneGeometry
 from .. import compat
-from ..character import armature
+from ..character import characters
 from ..character.character import body_of, has_surface
 from ..scene import read_scene
 from ..thread_run import ThreadRun, one_slice
@@ -129,7 +129,7 @@ def read(
     _require_finite(owner, action)
     start, end = _range(action, frame_start, frame_end)
     _require_still_object(owner, action, np.arange(start, end + 1))
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    people = characters.people(context)
     scene = read_scene.read_scene(context, people)
     remarks = ()
     if not has_surface(context, owner):

@@ -17,7 +17,7 @@ from ...scene.geometry import SceneGeometry, extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.seats import seats
 from ...scene.seats.support import SupportMap
-from ..character import armature
+from ..character import characters
 from ..scene import pieces, read_scene
 from ..scene.read_scene import OVERLAY_KEY, Target
 
@@ -144,7 +144,7 @@ def _surroundings(
 ) -> tuple[Target, np.ndarray, float | None]:
     """Return the target with what belongs to it, the triangles (G, 3, 3) of the rest of the scene without characters,
     and the height of the floor beside the target or None where it stands there; network frame."""
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    people = characters.people(context)
     scene = read_scene.read_scene(context, people)
     scene, furniture = pieces.piece(context, scene, read_scene.read_target(context, target, people), action)
     return furniture, scene.without(furniture.parts).triangles, _floor(scene, furniture)

@@ -60,9 +60,7 @@ def start_of(start: Sequence[float] | None, owner: bpy.types.Object | None) -> P
         return place(start)
     if owner is None:
         return None
-    pelvis, yaw = armature.standing_place(owner)
-    rest = armature.calibrate(owner).rest_joints
-    return pelvis + [0.0, rest[:, 1].min(), 0.0], yaw
+    return armature.standing_floor(owner)
 
 
 def place(numbers: Sequence[float]) -> Place:

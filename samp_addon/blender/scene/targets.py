@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import SampError
 from ...scene.furniture import parts
 from ..overlays.goal_arrows import TARGET_KEY
+from . import candidates
 
 LARGEST = 4.0
 """Largest width of furniture in metres; a larger parent is a part of the room."""
@@ -17,15 +18,15 @@ def clicked_target(context: bpy.types.Context) -> str:
     """Return the name of the furniture that is active or selected; for a goal's arrow, its target.
 
     A click selects one cushion of a sofa whose parts have a common parent: the target is the highest parent
-    of furniture size. Characters are skipped. Raise SampError where nothing fits.
+    of furniture size. Characters, lights, cameras and floors are skipped. Raise SampError where nothing fits.
     """
     active = context.view_layer.objects.active
     for obj in ([active] if active is not None else []) + list(context.selected_objects):
         if obj.get(TARGET_KEY):
             return obj[TARGET_KEY]
-        if not _is_character(obj):
+        if candidates.is_furniture(obj):
             return _whole(obj).name
-    raise SampError("No furniture is selected; select it, or choose a target.")
+    raise SampError(f"{candidates.why_none(context)}; select furniture, or choose a target.")
 
 
 def _is_character(obj: bpy.types.Object) -> bool:

@@ -11,7 +11,7 @@ from ...evaluation import feet, metrics
 from ...evaluation.obstacles import Obstacles
 from ...motion import Motion
 from ..actions import keyframes, notes
-from ..character import armature, character
+from ..character import character, characters
 from ..scene import read_scene
 from . import seen
 
@@ -26,7 +26,7 @@ def measure_take(context: bpy.types.Context, name: str = "", action_name: str = 
     """
     owner, action = keyframes.find_action(context, name, action_name)
     motion, _ = seen.shown_motion(context, owner, action)
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    people = characters.people(context)
     triangles = read_scene.read_scene(context, people).triangles
     return action.name, metrics.measure(
         motion, notes.read_goal(action), Obstacles(triangles), _floor(motion), character.body_of(owner)
