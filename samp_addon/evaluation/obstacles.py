@@ -13,6 +13,7 @@ import numpy as np
 
 from ..scene.distance.signed_distance import LARGE
 from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
+from ..scene.distance.surface_samples import samples_in_box, without_twins
 from ..scene.navmesh.lattice import clip_to_box
 
 CONTACT_DISTANCE = 0.01
@@ -43,7 +44,8 @@ class Obstacles:
 
     def __init__(self, triangles: np.ndarray) -> None:
         """triangles: (F, 3, 3) of the scene."""
-        self._triangles = np.asarray(triangles, dtype=np.float64)
+        # Opposite twins of two-sided faces cancel each other's winding number.
+        self._triangles = without_twins(np.asarray(triangles, dtype=np.float64))[0]
         self._over: dict[float | None, _Solids] = {}
         self._lock = threading.Lock()
 
@@ -58,6 +60,14 @@ class Obstacles:
             if floor not in self._over:
                 self._over[floor] = _Solids(self._triangles, floor)
         return self._over[floor].depth(vertices)
+
+    def samples(self, low: np.ndarray, high: np.ndarray, floor: float | None = None) -> np.ndarray:
+        """Return samples (N, 3), 1.5 cm apart, of the surfaces in the box from low (3,) to high (3,).
+
+        Without the floor itself and what is less than 1 cm above it.
+        """
+        found, _ = samples_in_box(self._triangles, low, high)
+        return found if floor is None else found[found[:, 1] > floor + CONTACT_DISTANCE]
 
 
 class _Solids:

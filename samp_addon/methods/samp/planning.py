@@ -35,6 +35,9 @@ START_DISTANCE = (1.5, 3.5)
 SURROUNDINGS = 1.0
 """Metres around a target in which other things can obstruct a seated body."""
 
+MOVED = 0.1
+"""Metres beside the artist's place from which that is worth a remark."""
+
 STAND_OFF = 0.5
 """Metres between an object and a character that stands in front of it."""
 
@@ -63,6 +66,7 @@ class Planner:
         with clock.stage("path"):
             start, yaw = self._start(goal.position, rng) if before is None else before.exit
             waypoints = self._path(start, goal)
+            remarks = self._remarks(waypoints)
             if not seated:
                 # A destination inside an obstacle is snapped to the nearest walkable point.
                 goal = replace(goal, position=waypoints[-1])
@@ -79,6 +83,7 @@ class Planner:
             hold_seconds=self.step.hold * self.step.speed,
             style=self.step.style,
             after=None if before is None else before.motion,
+            remarks=remarks,
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:
@@ -86,7 +91,31 @@ class Planner:
         goal = request.goal
         if self.step.action not in SEATED:
             goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
-        return Take(seed, motion, goal=goal, waypoints=request.waypoints, laid_ground=self.mesh.laid_ground)
+        return Take(
+            seed,
+            motion,
+            goal=goal,
+            waypoints=request.waypoints,
+            laid_ground=self.mesh.laid_ground,
+            remarks=request.remarks,
+        )
+
+    def _remarks(self, waypoints: np.ndarray) -> tuple[str, ...]:
+        """Return a sentence for each of the artist's places that the path (N, 3) does not reach."""
+        found = []
+        for number, place in enumerate(self.scene.via, start=1):
+            missed = np.linalg.norm((waypoints - place)[:, [0, 2]], axis=-1).min()
+            if missed > MOVED:
+                found.append(
+                    f"Way-point {number} is not on free floor: the path passes it by {missed:.1f} m."
+                )
+        if self.scene.destination is not None and self.step.action not in SEATED:
+            missed = np.linalg.norm((waypoints[-1] - self.scene.destination[0])[[0, 2]])
+            if missed > MOVED:
+                found.append(
+                    f"The destination is not on free floor: the {self.step.action} ends {missed:.1f} m beside it."
+                )
+        return tuple(found)
 
     def _path(self, start: np.ndarray, goal: Goal) -> np.ndarray:
         """Return way-points (N, 3) from the start past the artist's places to the goal. Raise SampError."""

@@ -18,6 +18,7 @@ from ..geometry import MINIMUM_AREA, areas, extent
 from ..navmesh.lattice import clip_to_box
 from .orientation import orient_outward
 from .solids import BoxedTriangles, Surface, free_counts, solid_cells
+from .surface_samples import without_twins
 
 CELL = 0.02
 BLOCK = 8
@@ -54,7 +55,7 @@ def cached_field(triangles: np.ndarray, free: np.ndarray, floor: float | None = 
     digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
     oriented = next((field.triangles for key, field in _cache.items() if key[0] == digest), None)
     if oriented is None:
-        oriented = orient_outward(triangles)
+        oriented = orient_outward(without_twins(triangles)[0])
     outside = tuple(free_counts(BoxedTriangles.of(oriented), free)) if len(oriented) else ()
     box = _surroundings(oriented, free)
     key = digest, outside, floor, None if box is None else box.tobytes()
