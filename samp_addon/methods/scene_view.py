@@ -38,6 +38,11 @@ class SceneView:
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
 
     @cached_property
+    def explained(self) -> dict[str, Exception]:
+        """Errors of a method that were explained before, by what they are about: explaining takes seconds."""
+        return {}
+
+    @cached_property
     def navmesh(self) -> navigation.NavMesh:
         """The walkable ground, around all places that this step is about."""
         places = [goal.position for goal in self.goals] + [take.floor_end for take in self.after.values()]

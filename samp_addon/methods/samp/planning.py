@@ -135,15 +135,10 @@ class Planner:
         try:
             return paths.plan_to_goal(self.mesh, start, goal)
         except PathError as error:
-            known = self._refused
+            known = self.scene.explained
             if str(error) not in known:
                 known[str(error)] = refusals.no_way(self.step, self.scene, start, goal, error)
             raise known[str(error)] from error
-
-    @cached_property
-    def _refused(self) -> dict[str, SampError]:
-        """Errors that were explained before, by the message of the search: explaining takes seconds."""
-        return {}
 
     @cached_property
     def _front(self) -> float:
@@ -175,9 +170,12 @@ class Planner:
         except NoPlaceError:
             return ()
 
-    @cached_property
+    @property
     def _no_place(self) -> SampError:
-        return refusals.no_place(self.step, self.scene, self._floor, SURROUNDINGS)
+        known, about = self.scene.explained, f"{self.step.action} {self.step.target}"
+        if about not in known:
+            known[about] = refusals.no_place(self.step, self.scene, self._floor, SURROUNDINGS)
+        return known[about]
 
     @cached_property
     def _floor(self) -> float | None:
