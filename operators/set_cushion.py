@@ -26,11 +26,11 @@ class SAMP_OT_set_cushion(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.blender.scene import pieces
+        from ..samp_addon.blender.scene import candidates
 
         if not outcome.in_object_or_pose_mode(cls, context):
             return False
-        if not pieces.selected(context):
+        if not candidates.selected(context):
             cls.poll_message_set("No furniture is selected; select the seat first")
             return False
         return True

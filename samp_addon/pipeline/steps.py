@@ -71,6 +71,11 @@ def joined(takes: Sequence[Take]) -> Take:
         seconds=clock.seconds,
         attempts=max(take.attempts for take in takes),
         steps=tuple(takes),
+        remarks=tuple(
+            f"Step {number}: {remark}"
+            for number, take in enumerate(takes, start=1)
+            for remark in take.remarks
+        ),
     )
 
 

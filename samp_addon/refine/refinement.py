@@ -111,7 +111,7 @@ def refine(
     feet = None
     for stage in (0, 1):
         feet = plan_feet(refined, scene, feet)
-        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress)
+        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress, surroundings)
     progress("Feet", 0.9)
     if settings.foot > 0:
         refined = lock_to_plans(refined, feet, scene)
@@ -160,10 +160,12 @@ def _optimise(
     feet: list[FootPlan],
     stage: int,
     progress: Progress,
+    surroundings: Surroundings,
 ) -> Motion:
     """Return the motion after one stage of gradient descent, window by window, each blended into the next."""
     from .optimiser import SCALES, Optimiser  # imports torch
     from .pose import changed
+    from .thin_things import ThinThings
 
     weights = {name: value for name, value in asdict(settings).items() if name in SCALES}
     resting = np.zeros(len(motion))
@@ -175,6 +177,7 @@ def _optimise(
         optimiser = Optimiser(
             motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
+            thin=ThinThings.around(motion.pose_slice(part), surroundings, body, scene.floor),
         )  # fmt: skip
         report = lambda share, n=number: progress(
             "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))
@@ -229,6 +232,8 @@ def _result(
     measured: bool,
 ) -> Refined:
     """Measure a refined motion and its input."""
+    from .thin_things import ThinThings  # imports torch
+
     floor = NO_FLOOR if scene.floor is None else scene.floor
     numbers = [
         metrics.measure(one, goal, surroundings.obstacles, floor, body) if measured else {}
@@ -236,6 +241,9 @@ def _result(
     ]
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)
     left = float(max(-scene.at(skin)[0].min(), 0.0))
+    thin = ThinThings.around(refined, surroundings, body, scene.floor)
+    if thin is not None:
+        left = max(left, thin.deepest(refined.pose_slice(slice(None, None, 2))))
     notes = ()
     if left > UNSOLVED:
         notes = (

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..blender.scene import pieces
+from ..blender.scene import candidates
 from ..errors import SampError
 from ..methods import registry
 from ..vocabulary import SEATED
@@ -28,8 +28,8 @@ def why_not(context: bpy.types.Context) -> str:
     settings = context.scene.samp
     if not registry.find(settings.method).actions:
         return ""
-    if settings.action in SEATED and settings.target is None and not pieces.selected(context):
-        reason = pieces.why_none(context)
+    if settings.action in SEATED and settings.target is None and not candidates.selected(context):
+        reason = candidates.why_none(context)
         known = "" if reason.startswith("No furniture") else f"{reason}; "
         text = f"{known}select the furniture to {settings.action} on, or choose a target"
         return text[:1].upper() + text[1:]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..blender.scene import pieces
+from ..blender.scene import candidates
 from ..methods import registry
 from ..vocabulary import SEATED
 from . import buttons, job_from_settings, method_options
@@ -187,7 +187,7 @@ def _placeholder(context: bpy.types.Context, settings: bpy.types.PropertyGroup) 
     if settings.action not in SEATED:
         return "3D Cursor"
     active = context.view_layer.objects.active
-    return active.name if active is not None and pieces.is_furniture(active) else "Target"
+    return active.name if active is not None and candidates.is_furniture(active) else "Target"
 
 
 def _count(collection: str) -> int:

@@ -13,7 +13,7 @@ from bpy.props import (
     PointerProperty,
 )
 
-from ..blender.scene import pieces
+from ..blender.scene import candidates
 from . import job_from_settings, method_options
 
 ACTIONS = (
@@ -34,7 +34,7 @@ def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> b
 
 
 def _is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    return pieces.is_furniture(obj)
+    return candidates.is_furniture(obj)
 
 
 def _owner(settings: bpy.types.PropertyGroup) -> bpy.types.Object | None:

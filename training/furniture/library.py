@@ -66,6 +66,19 @@ def is_held_out(name: str) -> bool:
     return hashlib.sha256(key.encode()).digest()[0] % 5 == 0
 
 
+def part_of(name: str) -> str:
+    """Which part of the split the piece of this file stem is in: "training", "tuning" or "final".
+
+    Of the held-out pieces a third, by the second byte of their SHA-256 modulo 3, is kept for final tables that nothing
+    is tuned on; the others may be looked at while limits and weights are chosen. (Until November 2026 the tables were
+    of all held-out pieces; from then on the final third has no part in any choice.)
+    """
+    if not is_held_out(name):
+        return "training"
+    key = SIBLINGS.get(name, name)
+    return "final" if hashlib.sha256(key.encode()).digest()[1] % 3 == 0 else "tuning"
+
+
 def load(folder: Path = DEFAULT_FOLDER, held_out: bool | None = None) -> list[Piece]:
     """The pieces in a folder with manifest.csv; ``held_out`` picks one side of the split, None takes both.
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...body.human import Human
 from ...errors import SampError
+from ...evaluation import guards
 from ...motion import Goal, Motion
 from ...progress import Progress
 from ...refine import refinement as optimiser
@@ -170,6 +171,8 @@ def write(context: bpy.types.Context, plan: Plan, refined: Refined) -> Result:
         plan.action.use_fake_user = True  # also where another Action was active
     keyframes.activate_action(plan.owner, new, slot)
     notes.write_measures(new, refined.after, refined.before)
+    kept = [text for text in notes.read_warnings(new) if not text.startswith(guards.MEASURED)]
+    notes.write_warnings(new, [*kept, *guards.warnings(refined.after)])
     return Result(new, refined, plan.remarks)
 
 

@@ -18,7 +18,7 @@ from ...scene.navmesh.path import Path
 from ...scene.seats import seats
 from ...scene.voxels import InteractionGrid
 from ..character import armature, characters
-from ..scene import read_scene
+from ..scene import pieces, read_scene
 from ..scene.read_scene import Target
 from . import drawing, goal_arrows, start_marker, waypoints
 
@@ -62,6 +62,7 @@ def plan_path(
         end = frames.to_network(np.array(to))
     elif target:
         furniture = read_scene.read_target(context, target, people)
+        scene, furniture = pieces.piece(context, scene, furniture, action)
         others = scene.without(furniture.parts).triangles
         goal = _goal_on(context, furniture, action, others)
         end = goal.position

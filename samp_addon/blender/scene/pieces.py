@@ -1,44 +1,37 @@
-"""Which objects can be furniture. Called at every redraw: import nothing heavy here."""
+"""The piece of furniture that a target's name means: with what rests on it, or the part of a room."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
-from mathutils import Vector
 
-NO_FURNITURE = frozenset({"ARMATURE", "CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER"})
-
-THIN, WIDE = 0.15, 2.5
-"""Metres: an object that is thinner than THIN and wider than WIDE in both directions is a floor, not furniture."""
-
-
-def is_furniture(obj: bpy.types.Object) -> bool:
-    """Return whether an object can be a target: not a character, light, camera or speaker, and not a floor."""
-    if obj.get("samp_overlay"):
-        return bool(obj.get("samp_goal_target"))  # a goal's arrow stands for the furniture that it is on
-    return obj.type not in NO_FURNITURE and obj.find_armature() is None and not is_floor(obj)
+from ...scene.furniture import parts, room
+from ...scene.furniture.belongings import belongings
+from ...scene.geometry import SceneGeometry
+from .read_scene import Target
 
 
-def is_floor(obj: bpy.types.Object) -> bool:
-    """Return whether an object without children is as flat and wide as a floor or a ceiling."""
-    if obj.type != "MESH":
-        return False
-    corners = [obj.matrix_world @ Vector(corner) for corner in obj.bound_box]
-    sizes = [max(corner[k] for corner in corners) - min(corner[k] for corner in corners) for k in range(3)]
-    return sizes[2] < THIN and min(sizes[:2]) > WIDE and not obj.children
+def piece(
+    context: bpy.types.Context, geometry: SceneGeometry, target: Target, action: str
+) -> tuple[SceneGeometry, Target]:
+    """Return the target with all that belongs to it; of a whole room, the piece that is meant."""
+    mine = geometry.is_one_of(target.parts)
+    if target.hint is not None or parts.is_room(geometry.triangles[mine], geometry.object_ids[mine]):
+        chosen = room.choose(geometry, target.parts, action, target.hint)
+        if chosen is not None:
+            name = f"{target.name} (part)"
+            geometry = geometry.renamed(chosen, name)
+            target = replace(target, triangles=geometry.triangles[chosen], parts=(name,))
+        return geometry, target
+    more = belongings(geometry, target.parts, characters(context))
+    if more:
+        names = (*target.parts, *more)
+        target = replace(target, triangles=geometry.triangles_of(names), parts=names)
+    return geometry, target
 
 
-def selected(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """Return the active and the selected objects that can be furniture, the active one first."""
-    active = context.view_layer.objects.active
-    others = [obj for obj in context.selected_objects if obj != active]
-    return [obj for obj in ([active] if active is not None else []) + others if is_furniture(obj)]
-
-
-def why_none(context: bpy.types.Context) -> str:
-    """Return why nothing that is selected can be a target."""
-    active = context.view_layer.objects.active
-    if active is not None and is_floor(active):
-        return f"'{active.name}' is a floor"
-    if active is not None and active.type in NO_FURNITURE - {"ARMATURE"}:
-        return f"'{active.name}' is not furniture"
-    return "No furniture is selected"
+def characters(context: bpy.types.Context) -> dict[str, str]:
+    """Return the names of skinned meshes, each with that of the armature that moves it."""
+    owners = ((obj.name, obj.find_armature()) for obj in context.scene.objects if obj.type == "MESH")
+    return {name: owner.name for name, owner in owners if owner is not None}

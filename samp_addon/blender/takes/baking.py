@@ -31,7 +31,7 @@ from ..character import armature, character, characters, start
 from ..overlays import start_marker
 from ..scene import preconditions, read_scene, read_view
 from ..thread_run import Slices, ThreadRun, run_to_completion
-from . import continuing, reporting
+from . import continuing, reporting, seen
 from .rollback import Rollback
 
 MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
@@ -116,6 +116,8 @@ def read(
     elif start_from == "MARKER":
         job = start_marker.at_marker(context, job, owner)
     begin_at = read_view.start_of(job.start, owner) if before is None else before.place
+    targets = [context.scene.objects.get(step.target) for step in job.steps if step.target]
+    seen.require_still(context, owner, [obj for obj in targets if obj is not None])
     views = [
         read_view.read_view(context, step, geometry, begin_at, people, first=number == 0)
         for number, step in enumerate(job.steps)
@@ -173,8 +175,9 @@ def in_slices(
             if take.goal is not None:
                 notes.write_goal(action, take.goal)
             notes.write_ground(action, take.laid_ground)
-            shown = keyframes.read_motion(owner, action, scene=context.scene)
-            measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
+            shown, off = seen.shown_motion(context, owner, action)
+            remarked = replace(take, remarks=(*take.remarks, *off))
+            measured.append(pool.submit(reporting.measured, shown, remarked, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:
                 yield "Measuring", count / len(takes)
@@ -182,6 +185,7 @@ def in_slices(
             variants.append(reporting.entry(context, plan.work.job, take, action, owner, numbers))
             before = None if take.refined is None else take.refined.before
             notes.write_measures(action, numbers.numbers, before)
+            notes.write_warnings(action, numbers.warnings)
     except BaseException:
         rollback()
         raise
@@ -205,6 +209,9 @@ def sentence(result: Result) -> str:
     )
     if left > refine_action.UNSOLVED * 100:
         text += f" The body is still {left:.0f} cm deep in the scene somewhere."
+    doubtful = [variant for variant in result.variants if variant["warnings"]]
+    if doubtful:
+        text += f" {len(doubtful)} with warnings: {doubtful[0]['warnings'][0]}"
     return text
 
 

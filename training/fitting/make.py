@@ -1,0 +1,111 @@
+"""Builds the fitted sits and lies of MotionNet's training set.
+
+python -m samp_blender.training.fitting.make --mocap FOLDER ... --furniture FOLDER --output fitted.npz
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..composition import long_sits
+from ..composition.recline import reclines
+from ..composition.sequence import Sequence, save
+from ..composition.stitch import WalkIndex
+from ..mocap import natural, sources
+from ..mocap.clip_files import Clip
+from ..mocap.events import SitEvent, sit_events
+from ..mocap.posture import neutralised
+from .lies import FittedLies
+from .provenance import total
+from .shapes import pieces as furnishing
+from .shapes.kept import keep, kept
+from .sits import FittedComposer
+
+SELDOM = 2  # Rocketbox's chained sits, several for each captured one, are tried every so many rounds
+STRIDE = 4  # frames between two of a walk that others are joined to
+
+
+def captured(folders: list[Path], chains: int, seed: int) -> tuple[list[Clip], WalkIndex, list[SitEvent]]:
+    """The clips in one posture, their walks by pose, and the sits in them."""
+    clips = neutralised(sources.load(folders))
+    walks = [natural.astray_marked(c) for c in clips if sources.walks(c)]
+    sitting = clips + long_sits.long_sits(clips, chains, np.random.default_rng(seed))
+    return clips, WalkIndex(walks, stride=STRIDE), [event for clip in sitting for event in sit_events(clip)]
+
+
+def balanced(sequences: list[Sequence]) -> list[Sequence]:
+    """The sequences weighted so that a piece counts as the root of how many of them are on it."""
+    counts = Counter((s.kind, s.piece) for s in sequences)
+    weights = {key: count**-0.5 for key, count in counts.items()}
+    mean = sum(weights[s.kind, s.piece] for s in sequences) / max(len(sequences), 1)
+    return [replace(s, weight=weights[s.kind, s.piece] / mean) for s in sequences]
+
+
+def sits(composer: FittedComposer, events: list[SitEvent], rounds: int, began: float) -> list[Sequence]:
+    """``rounds`` tries of every captured sit, in a random order."""
+    sequences: list[Sequence] = []
+    for number in range(rounds):
+        for k in composer.rng.permutation(len(events)):
+            if not (events[k].clip.name.startswith("rb_") and number % SELDOM):
+                sequences += composer.compose(events[k])
+        print(f"round {number}: {len(sequences)} sits, {_since(began)}", flush=True)
+    return sequences
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--mocap", type=Path, nargs="+", required=True)
+    parser.add_argument("--furniture", type=Path)
+    parser.add_argument("--output", type=Path, default=Path("cache/fitted.npz"))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--sits", type=int, default=8, help="fits tried for each captured sit")
+    parser.add_argument("--lies", type=int, default=400, help="sequences of lying down tried")
+    parser.add_argument("--chains", type=int, default=4, help="chained sits for each Rocketbox sit-down")
+    parser.add_argument("--share", type=float, default=1.0, help="of the furniture, for quick trials")
+    parser.add_argument("--kept", type=Path, help="folder for clips and pieces, the same in every run")
+    options = parser.parse_args()
+    began = time.time()
+    clips, walks, events = kept(
+        options.kept, "captured", lambda: captured(options.mocap, options.chains, options.seed)
+    )
+    made_ready = lambda: _ready(furnishing.collect(options.furniture, options.seed, options.share))
+    pieces = kept(options.kept, "pieces", made_ready)
+    print(f"{len(events)} sits, {len(pieces)} pieces, {_since(began)}", flush=True)
+    composer = FittedComposer(pieces, walks, options.seed)
+    sequences = sits(composer, events, options.sits, began)
+    lying = FittedLies(pieces, events, reclines(clips), composer.captured.approach, options.seed)
+    sequences += [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
+    save(options.output, balanced(sequences), furnishing.grids(pieces), mirrored=True)
+    keep(options.kept, "pieces", pieces)  # with the distances found on the way
+    for kind, reports, counts in (
+        ("sit", [composer.report], composer.owed),
+        ("lie", [lying.composer.report, lying.report], lying.owed),
+    ):
+        lengths = [len(s) for s in sequences if s.kind == kind]
+        print(f"{kind}: {len(lengths)} sequences, {sum(lengths) / 1800:.1f} minutes")
+        print("as captured:", {name: round(share, 3) for name, share in total(counts).items()})
+        for report in reports:
+            print(", ".join(f"{why} {count}" for why, count in report.most_common()))
+    print(f"{options.output} in {_since(began)}")
+
+
+def _ready(pieces: list[furnishing.FittingPiece]) -> list[furnishing.FittingPiece]:
+    """The pieces with their seats and beds known."""
+    for piece in pieces:
+        _ = piece.seats, piece.beds
+        piece.__dict__.pop("_map", None)
+    return pieces
+
+
+def _since(began: float) -> str:
+    return f"{time.time() - began:.0f} s, {time.process_time():.0f} s of a core"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""Episodes of one room in batches, and the checks that reject the unusable ones."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....samp_addon import rotation
+from ....samp_addon.motion import Motion
+from ....samp_addon.refine.feet.foot_lock import lock_feet
+from . import bodies, matching
+from .bank import LABELS, Bank
+from .blending import Piece, joined
+from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
+from .matching import FPS
+from .scene import DEEP, Scene
+from .search import Search
+
+AT_ONCE = 24  # episodes that are made together
+MOST_TRIES = 5  # times as many episodes as wanted are tried at most
+MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
+AS_CAPTURED = np.radians(5.0)
+LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
+_OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
+
+
+@dataclass(frozen=True)
+class Episode:
+    """A finished episode.
+
+    piece: the motion on its own body. captured: (T,) 2 where legs and trunk are within AS_CAPTURED of a captured frame,
+    1 where they were before inverse kinematics locked the feet and fitted the legs to the body, 0 elsewhere.
+    """
+
+    piece: Piece
+    build: bodies.Build
+    captured: np.ndarray
+
+
+def episodes(
+    bank: Bank, search: Search, scene: Scene, count: int, seed: list[int]
+) -> tuple[list[Episode], Counter[str]]:
+    """Return up to ``count`` episodes in a scene, and counts of the rejections by reason."""
+    made: list[Episode] = []
+    report: Counter[str] = Counter()
+    tried = 0
+    while len(made) < count and tried < MOST_TRIES * count:
+        composers = [
+            EpisodeComposer(bank, scene, np.random.default_rng([*seed, tried + k])) for k in range(AT_ONCE)
+        ]
+        rng = np.random.default_rng([*seed, tried, 1])
+        tried += AT_ONCE
+        for number, pieces in _played(search, scene, composers, rng, report):
+            if len(made) == count:
+                break
+            episode = _finished(bank, scene, pieces, composers[number].rng)
+            if isinstance(episode, str):
+                report[episode] += 1
+            else:
+                made.append(episode)
+                report["kept"] += 1
+    return made, report
+
+
+def _played(
+    search: Search,
+    scene: Scene,
+    composers: list[EpisodeComposer],
+    rng: np.random.Generator,
+    report: Counter[str],
+) -> list[tuple[int, list[Piece]]]:
+    """Return the completed episodes with the numbers of their composers; walks are generated in batches."""
+    steps = [composer.compose() for composer in composers]
+    done: dict[int, list[Piece]] = {}
+    waiting = {k: _step(steps[k], None, k, done, report) for k in range(len(steps))}
+    while True:
+        waiting = {k: request for k, request in waiting.items() if request is not None}
+        if not waiting:
+            return sorted(done.items())
+        requests = list(waiting.values())
+        walks = matching.walk(
+            search, [r.route for r in requests], np.stack([r.flat for r in requests]),
+            np.stack([r.pose for r in requests]), np.array([r.speed for r in requests]), rng, scene.clearance_at,
+        )  # fmt: skip
+        waiting = {k: _step(steps[k], walk, k, done, report) for k, walk in zip(waiting, walks, strict=True)}
+
+
+def _step(
+    episode: EpisodeSteps,
+    walk: matching.Walk | None,
+    number: int,
+    done: dict[int, list[Piece]],
+    report: Counter[str],
+) -> Request | None:
+    """Advance an episode; return its next walk request, None at its end."""
+    try:
+        return next(episode) if walk is None else episode.send(walk)
+    except StopIteration as end:
+        done[number] = end.value
+    except EpisodeFailed as why:
+        report[str(why)] += 1
+    return None
+
+
+def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Generator) -> Episode | str:
+    """Join, carry to a body, lock the feet and check; return the episode or the reason of its rejection."""
+    longest = int(LONGEST * FPS)
+    whole = joined(pieces)
+    if len(whole) > longest:
+        whole = Piece(*(getattr(whole, name)[:longest] for name in Piece.__dataclass_fields__))
+    if len(whole) < SECONDS[0] * FPS:
+        return "too short"
+    as_captured = _captured(bank, whole)
+    build = bodies.draw(rng)
+    carried = bodies.carried(whole, build)
+    contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
+    locked = lock_feet(
+        Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints)
+    )
+    joints, _ = locked.forward_kinematics()
+    if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
+        return "jumps"
+    if (scene.depth_beside(locked.root, locked.rotations, carried.object) > DEEP).any():
+        return "in something"
+    rotations = rotation.continuous(locked.rotations)
+    finished = Piece(
+        locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
+    )
+    levels = np.where(_captured(bank, finished), 2, as_captured.astype(int)).astype(np.uint8)
+    return Episode(finished, build, levels)
+
+
+def _captured(bank: Bank, piece: Piece) -> np.ndarray:
+    """Return flags (T,): legs and trunk as in the captured frame, regardless of root and heading."""
+    source = np.maximum(piece.source, 0)
+    dots = np.abs((piece.rotations[:, LEGS_TRUNK] * bank.rotations[source][:, LEGS_TRUNK]).sum(-1))
+    angle = 2 * np.arccos(np.clip(dots, 0, 1))
+    return (piece.source >= 0) & (angle < AS_CAPTURED).all(1)
+
+
+def contacts(piece: Piece) -> np.ndarray:
+    """Contacts (T, 5) of pelvis, right and left hand, right and left foot."""
+    pelvis = np.isin(piece.labels, [LABELS.index("sit"), LABELS.index("lie")]).astype(np.float32)
+    return np.column_stack([pelvis, piece.hands, piece.feet])
+
+
+def in_use(piece: Piece) -> np.ndarray:
+    """Flags (T,) of frames on furniture."""
+    return np.isin(piece.labels, _OFF_FEET)

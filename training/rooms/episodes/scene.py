@@ -1,0 +1,187 @@
+"""A room prepared for composing episodes: navmesh, clearance, placed uses, collision queries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ....samp_addon import rotation, skeleton
+from ....samp_addon.errors import PathError
+from ....samp_addon.scene import geometry
+from ....samp_addon.scene.navmesh import navmesh, path
+from ...mocap.events import turned
+from ..classes import CLASS
+from ..layout.room import Room
+from ..layout.stock import Item
+from .bank import flat_root
+from .uses import Use, Uses
+
+RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
+SPACING = 0.03  # metres between the samples of surfaces
+FAR = 0.3  # metres beyond which nothing is in the route
+STEP = 4  # frames between two that are looked at
+# Bones with two points each, and the radius of the flesh around them in metres.
+BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
+         (17, 19), (18, 20), (19, 21)]  # fmt: skip
+RADII = np.array(
+    [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
+)
+SHARES = (0.15, 0.5, 0.85)
+DEEP = 0.02  # metres
+
+
+@dataclass(frozen=True)
+class PlacedUse:
+    """A use in the room. item: number of the piece. flat: (T, 3) smoothed x, z, yaw."""
+
+    item: int
+    use: Use
+    root: np.ndarray
+    rotations: np.ndarray
+    flat: np.ndarray
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """The piece and the place on it."""
+        return self.item, self.use.place
+
+
+class Scene:
+    """room: what stands where. uses: where sits and lies come from, None for none."""
+
+    def __init__(self, room: Room, items: dict[str, Item], uses: Uses | None) -> None:
+        self.room = room
+        inside = ~np.isin(room.classes, [CLASS["ceiling"]])
+        agent = navmesh.Agent(radius=RADIUS, height=HEIGHT)
+        self.mesh = navmesh.build(room.triangles[inside], agent)
+        parts = self.mesh.island_of(self.mesh.walkable)
+        self.island = int(np.bincount(parts).argmax())
+        points = self.mesh.points[parts == self.island]
+        low = points[:, 1] < 0.1
+        self.free = points[low]
+        clearance = self.mesh.ground.clearance[self.mesh.walkable[parts == self.island]][low]
+        self.clearance = np.minimum(clearance, 0.6)
+        ground = self.mesh.ground
+        self._raster = np.zeros(ground.grid.shape[:2])
+        floor = ground.places.height < 0.1
+        np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
+        self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
+
+    def clearance_at(self, places: np.ndarray) -> np.ndarray:
+        """Metres to obstacles (...) of places (..., 2) on the floor, 0 in them, up to 0.6."""
+        grid = self.mesh.ground.grid
+        at = np.floor((places - grid.corner[[0, 2]]) / grid.cell).astype(int)
+        inside = ((at >= 0) & (at < self._raster.shape)).all(-1)
+        at = np.clip(at, 0, np.array(self._raster.shape) - 1)
+        return np.where(inside, self._raster[at[..., 0], at[..., 1]], 0.0)
+
+    @cached_property
+    def surface(self) -> tuple[cKDTree, np.ndarray]:
+        """Surface samples of all obstacles, and the object of each."""
+        room = self.room
+        floor = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+        chosen = ~floor & (room.triangles[..., 1].min(1) < 1.9)
+        triangles, objects = room.triangles[chosen], room.objects[chosen]
+        area = np.linalg.norm(
+            np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=-1
+        ).sum()
+        points, face = geometry.sample_surface(
+            triangles, int(min(area / 2 / SPACING**2 * 2, 250_000)), seed=0
+        )
+        return cKDTree(points), objects[face]
+
+    @cached_property
+    def _trees(self) -> dict[int, cKDTree]:
+        """Trees of all surfaces but those of one piece."""
+        tree, objects = self.surface
+        return {k: cKDTree(tree.data[objects != k]) for k in self.room.seats}
+
+    def _placed_uses(self, items: dict[str, Item], uses: Uses) -> list[PlacedUse]:
+        found = []
+        for number in self.room.seats:
+            item = items.get(self.room.names[number])
+            if item is None:
+                continue
+            x, y, z, yaw = self.room.places[number]
+            if y > 0.01:
+                continue
+            for use in uses.of(item):
+                root, rotations = turned(use.root, use.rotations, yaw, np.array([x, 0.0, z]))
+                placed = PlacedUse(number, use, root, rotations, flat_root(root, rotations))
+                if self._open(placed):
+                    found.append(placed)
+        return found
+
+    def _open(self, placed: PlacedUse) -> bool:
+        """Whether a use is free of other objects, and its ends are reachable."""
+        depth = self.depth(placed.root, placed.rotations, placed.item)
+        if (depth > DEEP).any():
+            return False
+        ends = [0] if placed.use.down >= 0 else []
+        ends += [placed.use.up_end] if placed.use.up_end >= 0 else []
+        return all(self.reachable(placed.flat[k, :2]) for k in ends)
+
+    def reachable(self, place: np.ndarray, within: float = 0.2) -> bool:
+        """Whether walkable ground of the main part is near a place (2,)."""
+        return float(np.linalg.norm(self.free[:, [0, 2]] - place, axis=-1).min()) < within
+
+    def depth(self, root: np.ndarray, rotations: np.ndarray, without: int | None = None) -> np.ndarray:
+        """How deep surfaces lie in the flesh, metres (K,), of every STEP-th frame; ``without`` those of one piece."""
+        points, radii = bone_points(root[::STEP], rotations[::STEP])
+        tree = self.surface[0] if without is None else self._trees[without]
+        gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
+        return np.maximum(radii - gap, 0).max(1)
+
+    def depth_beside(self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray) -> np.ndarray:
+        """As depth, but in frames in which a piece is in use (T,) without that one."""
+        out = np.zeros(len(range(0, len(root), STEP)))
+        at = using[::STEP]
+        for number in np.unique(at):
+            rows = np.flatnonzero(at == number)
+            frames = rows * STEP
+            part = (root[frames], rotations[frames])
+            points, radii = bone_points(*part)
+            tree = self.surface[0] if number < 0 else self._trees[int(number)]
+            gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
+            out[rows] = np.maximum(radii - gap, 0).max(1)
+        return out
+
+    def route(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
+        """Corners (N, 2) of the route between two places (2,), or None."""
+        lift = lambda p: np.array([p[0], 0.0, p[1]])
+        try:
+            found = path.plan(self.mesh, lift(start), lift(goal), comfort=0.12)
+        except PathError:
+            return None
+        corners = found.waypoints[:, [0, 2]]
+        # Keep the requested ends, which may lie beside the mesh.
+        if np.linalg.norm(corners[0] - start) > 0.02:
+            corners = np.concatenate([start[None], corners])
+        if np.linalg.norm(corners[-1] - goal) > 0.02:
+            corners = np.concatenate([corners, goal[None]])
+        return corners
+
+    def place(self, rng: np.random.Generator, least: float = 0.3) -> np.ndarray:
+        """A random place (2,) to stand, with some room around it."""
+        roomy = np.flatnonzero(self.clearance >= min(least, np.quantile(self.clearance, 0.6)))
+        return self.free[rng.choice(roomy)][[0, 2]]
+
+
+def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points on the bones (T, P, 3) and the radius of the flesh around each (P,)."""
+    joints, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
+    points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
+    return np.stack(points, 1), np.repeat(RADII, len(SHARES))
+
+
+def moved(placed: PlacedUse, **changes: np.ndarray) -> PlacedUse:
+    """The placed with some parts replaced."""
+    return replace(placed, **changes)
+
+
+def level(rotations: np.ndarray) -> np.ndarray:
+    """Unit quaternions of rotations as stored in single precision."""
+    return rotation.normalise(rotations.astype(np.float64))

@@ -1,0 +1,101 @@
+"""What rooms are furnished with: seats, beds and tables of one side of the held-out split, and procedural things."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from ... import furniture
+from ...furniture.library import DEFAULT_FOLDER
+from ..classes import OF_CATEGORY, Part
+
+# Procedural pieces of each category in a training stock.
+PROCEDURAL = {"chair": 30, "armchair": 16, "stool": 6, "bar_stool": 8, "bench": 8, "sofa": 18, "l_sofa": 8,
+              "office_chair": 12, "pouf": 6, "bed": 14, "table": 36}  # fmt: skip
+LOW_TABLE, SMALL = 0.58, 1.0  # metres of height, and of the longer side
+
+
+@dataclass(frozen=True)
+class Item:
+    """Something that can stand in a room. Its own frame: front +Z, on y = 0, metres. seat: whether it is a piece of
+    furniture that carries people or a table."""
+
+    name: str
+    category: str
+    parts: list[Part]
+
+    @cached_property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner (3,)."""
+        points = np.concatenate([part.triangles.reshape(-1, 3) for part in self.parts])
+        return points.min(0), points.max(0)
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """All triangles (F, 3, 3)."""
+        return np.concatenate([part.triangles for part in self.parts])
+
+    @property
+    def size(self) -> np.ndarray:
+        """Width, height and depth (3,)."""
+        return self.box[1] - self.box[0]
+
+    def top(self, x: float, z: float) -> float:
+        """Height of the highest surface at a place of its own frame, metres; -inf beside it."""
+        a, b, c = (self.triangles[:, k][:, [0, 2]] - [x, z] for k in range(3))
+        cross = lambda p, q: p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+        u, v, w = cross(b, c), cross(c, a), cross(a, b)
+        whole = u + v + w
+        over = (np.minimum(np.minimum(u * whole, v * whole), w * whole) >= 0) & (np.abs(whole) > 1e-9)
+        if not over.any():
+            return -np.inf
+        share = np.stack([u, v, w], -1)[over] / whole[over, None]
+        return float((share * self.triangles[over][:, :, 1]).sum(-1).max())
+
+
+class Stock:
+    """Items by category; draws are the caller's rng's."""
+
+    def __init__(self, items: list[Item]) -> None:
+        self.of: dict[str, list[Item]] = defaultdict(list)
+        for item in items:
+            self.of[item.category].append(item)
+
+    def named(self) -> dict[str, Item]:
+        """All items by name."""
+        return {item.name: item for items in self.of.values() for item in items}
+
+    def pick(self, rng: np.random.Generator, *categories: str, most: float = np.inf) -> Item | None:
+        """A random item of some categories, at most so wide and deep in metres, each category as likely as another."""
+        fits = [[i for i in self.of[c] if max(i.size[0], i.size[2]) <= most] for c in categories]
+        fits = [items for items in fits if items]
+        if not fits:
+            return None
+        items = fits[rng.integers(len(fits))]
+        return items[rng.integers(len(items))]
+
+
+def build(folder: Path = DEFAULT_FOLDER, test: bool = False, seed: int = 0) -> Stock:
+    """The stock of training rooms, real and procedural, or that of test rooms, held-out real pieces only."""
+    pieces = furniture.load(folder, held_out=test) if (Path(folder) / "manifest.csv").exists() else []
+    if not test:
+        rng = np.random.default_rng([seed, 77])
+        pieces += [furniture.generate(name, rng) for name, count in PROCEDURAL.items() for _ in range(count)]
+    return Stock([_item(piece) for piece in pieces if piece.category in OF_CATEGORY])
+
+
+def _item(piece: furniture.Piece) -> Item:
+    category = piece.category
+    part = Part(OF_CATEGORY[category], piece.triangles)
+    item = Item(piece.name, category, [part])
+    if category == "table":
+        width, height, depth = item.size
+        kind = "low_table" if height < LOW_TABLE else "small_table" if max(width, depth) <= SMALL else "table"
+        return Item(piece.name, kind, item.parts)
+    if category == "stool" and item.size[1] > 0.7:
+        return Item(piece.name, "bar_stool", item.parts)
+    return item

@@ -1,0 +1,132 @@
+"""Generate the corpus of furnished rooms with people in them.
+
+python -m samp_blender.training.rooms.make --rooms 300 --seed 0 --output cache/rooms --mocap FOLDER --furniture FOLDER
+
+An interrupted run continues where it stopped. The result depends on the seed only.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import pickle
+import shutil
+import time
+from pathlib import Path
+
+import numpy as np
+
+from ..furniture.library import DEFAULT_FOLDER
+from .corpus import store, windows
+from .corpus.room_builder import RoomBuilder
+from .episodes import bank as banks
+from .episodes.search import Search
+from .episodes.uses import Composed, Uses
+from .layout import stock
+
+TEST_SHARE = 5  # every fifth room is a test room
+PICTURES = {"train": 12_000, "test": 2_000}
+DEFAULT_MOCAP = DEFAULT_FOLDER.parent / "mocap"
+_room_builder: RoomBuilder | None = None
+
+
+def split_of(number: int) -> str:
+    """Which side a room belongs to."""
+    return "test" if number % TEST_SHARE == TEST_SHARE - 1 else "train"
+
+
+def pictures_of(split: str, rooms: int, share: float) -> int:
+    """How many pictures each room of a split gets, so that all together are as many as wanted, times a share."""
+    mine = max(sum(split_of(k) == split for k in range(rooms)), 1)
+    return round(share * -(-PICTURES[split] // mine))
+
+
+def room_builder(options: argparse.Namespace) -> RoomBuilder:
+    """Everything that rooms are made with; clips are read once and kept beside the rooms."""
+    cache = Path(options.output)
+    cache.mkdir(parents=True, exist_ok=True)
+    kept = cache / "clips.pkl"
+    if kept.exists():
+        bank, uses = pickle.loads(kept.read_bytes())
+    else:
+        bank, clips = banks.load(options.mocap)
+        uses = Composed(clips, cache / "uses")
+        part = kept.with_suffix(f".{os.getpid()}")
+        part.write_bytes(pickle.dumps((bank, uses)))
+        part.replace(kept)
+    stocks = {name: stock.build(options.furniture, name == "test", options.seed) for name in store.SPLITS}
+    if options.uses == "fitted":
+        uses = _fitted(bank, uses, cache)
+    return RoomBuilder(cache, options.seed, stocks, bank, Search(bank), uses, options.episodes)
+
+
+def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
+    """Sits and lies fitted to each piece, instead of the composed ones."""
+    from ..composition.stitch import WalkIndex
+    from .episodes.fitted import Fitted
+
+    firsts = np.flatnonzero(np.diff(bank.clip, prepend=-1))
+    clip = min((event.clip for event in composed.events), key=len)
+    return Fitted(composed, WalkIndex([clip], history=2), bank.names, firsts, cache / "fitted")
+
+
+def _one(task: tuple[int, str, int]) -> dict:
+    began = time.time()
+    made = _room_builder.make(*task)
+    print(
+        f"room {made['number']} {made['split']} {made['kind']}: {made['episodes']} episodes, {made['sits']} sits, "
+        f"{made['lies']} lies, {made['pictures']} pictures in {time.time() - began:.0f} s",
+        flush=True,
+    )
+    return made
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command; returns its exit status."""
+    global _room_builder  # noqa: PLW0603 - forked workers share what was read once
+    parser = argparse.ArgumentParser(prog="make", description=__doc__.splitlines()[0])
+    parser.add_argument("--rooms", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--output", type=Path, default=Path("cache/rooms"))
+    parser.add_argument(
+        "--mocap", type=Path, default=DEFAULT_MOCAP, help="folder of the prepared clips' sets"
+    )
+    parser.add_argument("--furniture", type=Path, default=DEFAULT_FOLDER)
+    parser.add_argument(
+        "--uses", choices=("composed", "fitted"), default="composed", help="sits and lies on furniture"
+    )
+    parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
+    parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first room, to make a part of them"
+    )
+    parser.add_argument("--last", type=int, help="number after the last room")
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args(arguments)
+    if not shutil.os.path.isdir(options.mocap):
+        parser.error(f"{options.mocap} is not there; docs/training.md says where the clips come from")
+    began = time.time()
+    _room_builder = room_builder(options)
+    numbers = range(options.first, options.rooms if options.last is None else options.last)
+    tasks = [(k, split_of(k), pictures_of(split_of(k), options.rooms, options.pictures)) for k in numbers]
+    if options.workers > 1:
+        with multiprocessing.get_context("fork").Pool(options.workers) as pool:
+            rooms = list(pool.imap_unordered(_one, tasks))
+    else:
+        rooms = [_one(task) for task in tasks]
+    rooms.sort(key=lambda r: r["number"])
+    counts = windows.write(options.output, rooms, options.seed)
+    frames = sum(r["frames"] for r in rooms)
+    manifest = {
+        "version": store.VERSION, "seed": options.seed, "fps": 30, "hours": frames / 108_000, "counts": counts,
+        "quaternion_unit": store.QUATERNION, "depth_unit": store.DEPTH_UNIT, "normal_unit": store.NORMAL_UNIT,
+        "clips": _room_builder.bank.names, "rooms": rooms,
+    }  # fmt: skip
+    store.write_json(options.output / "manifest.json", manifest)
+    print(f"{len(rooms)} rooms, {frames / 108_000:.2f} hours, {counts}, {time.time() - began:.0f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

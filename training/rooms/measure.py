@@ -1,0 +1,236 @@
+"""Measures a corpus: how people walk, stand and sit in it, beside captured people.
+
+python -m samp_blender.training.rooms.measure --output cache/rooms --mocap FOLDER --episodes 60
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import sqrtm
+from scipy.spatial import cKDTree
+
+from ...samp_addon import rotation, skeleton
+from ...samp_addon.body import human
+from ...samp_addon.evaluation import feet
+from ...samp_addon.evaluation.obstacles import Obstacles
+from ...samp_addon.motion import Motion
+from ...samp_addon.scene import geometry
+from ..mocap import clip_files
+from ..mocap.posture import neutralised
+from .classes import CLASS
+from .corpus import store, views
+from .episodes.bank import LABELS, SETS
+from .make import DEFAULT_MOCAP
+
+SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
+DEEP = 0.02  # metres
+STRIDE = 10  # frames between two that penetration is looked at
+SAMPLE = 0.015  # metres between surface samples
+BACKED = 0.45  # metres that a piece rises over its seat's pelvis, less that of a back's least height
+COMPONENTS = 24  # of a pose, for Fréchet distances
+KNEES = (("left_hip", "left_knee", "left_ankle"), ("right_hip", "right_knee", "right_ankle"))
+
+
+def knee_flexion(motion: Motion) -> np.ndarray:
+    """Flexion (T, 2) of both knees, degrees."""
+    joints, _ = motion.forward_kinematics()
+    out = []
+    for names in KNEES:
+        hip, knee, ankle = (joints[:, skeleton.INDEX[name]] for name in names)
+        a, b = knee - hip, ankle - knee
+        cosine = (a * b).sum(-1) / np.linalg.norm(a, axis=-1) / np.linalg.norm(b, axis=-1)
+        out.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return np.stack(out, -1)
+
+
+def jerk(motion: Motion) -> float:
+    """99th percentile of the joints' jerk, m/s^3."""
+    joints, _ = motion.forward_kinematics()
+    return float(np.percentile(np.linalg.norm(np.diff(joints, 3, axis=0), axis=-1) * motion.fps**3, 99))
+
+
+class Hard:
+    """The hard objects of a room, for penetration in both directions."""
+
+    def __init__(self, data: store.RoomData) -> None:
+        room = data.room
+        soft = [k for k, c in enumerate(room.categories) if c in SOFT]
+        shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+        triangles = room.triangles[~np.isin(room.objects, soft) & ~shell]
+        self.obstacles = Obstacles(triangles)
+        area = (
+            np.linalg.norm(
+                np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=-1
+            ).sum()
+            / 2
+        )
+        self.samples, _ = geometry.sample_surface(triangles, int(area / SAMPLE**2), seed=0)
+
+    def skin_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
+        """The deepest skin (T,) inside of things, metres."""
+        return self.obstacles.depth(human.skin(body, motion, body.collision))[0].max(1)
+
+    def surface_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
+        """The deepest surface sample (T,) inside the body, metres from the nearest skin."""
+        triangles, _ = views.faces()
+        out = np.zeros(len(motion))
+        for frame, skin in enumerate(human.skin(body, motion)):
+            low, high = skin.min(0), skin.max(0)
+            near = self.samples[((self.samples > low) & (self.samples < high)).all(-1)]
+            if not len(near):
+                continue
+            corners = skin[triangles]
+            face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            normal = np.zeros_like(skin)
+            for k in range(3):
+                np.add.at(normal, triangles[:, k], face)
+            gap, nearest = cKDTree(skin).query(near, distance_upper_bound=0.12)
+            found = np.isfinite(gap)
+            inside = ((near[found] - skin[nearest[found]]) * normal[nearest[found]]).sum(-1) < 0
+            out[frame] = gap[found][inside].max(initial=0.0)
+        return out
+
+
+def leaning(data: store.RoomData, episode: int) -> list[float]:
+    """For each sit on a piece with a back: metres from the upper back to the piece in the middle of the hold."""
+    first, last = (int(v) for v in data.bounds[episode : episode + 2])
+    labels, objects = data.array("motion", "labels")[first:last], data.array("motion", "objects")[first:last]
+    sits = np.flatnonzero(labels == LABELS.index("sit"))
+    out = []
+    for run in np.split(sits, np.flatnonzero(np.diff(sits) > 1) + 1):
+        if len(run) < 30:
+            continue
+        frame = int(run[len(run) // 2])
+        motion = data.motion(episode, frame, 1)
+        piece = data.room.triangles[data.room.objects == objects[frame]]
+        pelvis = motion.root[0]
+        if not len(piece) or piece[..., 1].max() < pelvis[1] + 0.18:
+            continue
+        body = data.body(episode)
+        skin = human.skin(body, motion)[0]
+        owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
+        rear = np.isin(owner, [3, 6, 9]) & (body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25))
+        points, _ = geometry.sample_surface(piece, 8000, seed=0)
+        behind = points[points[:, 1] > pelvis[1] + 0.05]
+        if len(behind):
+            out.append(float(cKDTree(behind).query(skin[rear])[0].min()))
+    return out
+
+
+def pose_vectors(rotations: np.ndarray) -> np.ndarray:
+    """Rotations (T, 22, 4) without the pelvis as (T, 126): two columns of each matrix."""
+    return rotation.quaternion_to_matrix(rotations[:, 1:22])[..., :2].reshape(len(rotations), -1)
+
+
+def frechet(a: np.ndarray, b: np.ndarray, axes: np.ndarray, middle: np.ndarray) -> float:
+    """Fréchet distance of poses (N, 126) and (M, 126) in the space of some axes (126, C)."""
+    a, b = (a - middle) @ axes, (b - middle) @ axes
+    cov_a, cov_b = np.cov(a.T), np.cov(b.T)
+    mixed = sqrtm(cov_a @ cov_b).real
+    return float(((a.mean(0) - b.mean(0)) ** 2).sum() + np.trace(cov_a + cov_b - 2 * mixed))
+
+
+def captured_reference(folder: Path, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Knees, stance slides and jerks of captured clips, and seated idles that no training has seen."""
+    clips = [c for name in SETS for c in neutralised(clip_files.load_clips(folder / name))]
+    chosen = [clips[k] for k in rng.permutation(len(clips))[:120]]
+    motions = [
+        (c, Motion(c.root, c.rotations))
+        for c in chosen
+        if len(c) > 60 and not set(c.labels) & {"run", "other"}
+    ]
+    pick = lambda label: np.concatenate([knee_flexion(m)[c.labels == label].ravel() for c, m in motions])
+    slides = [feet.measures(m)["stance_slide_cm_s"] for _, m in motions]
+    held = [
+        c
+        for c in clip_files.load_clips(folder / "test")
+        if c.name.startswith("rb_") and (c.labels == "sit").mean() > 0.9
+    ]
+    seated = [c for c in clips if c.name.startswith("rb_") and (c.labels == "sit").mean() > 0.95]
+    return {
+        "idle": pick("idle"), "walk": pick("walk"), "slide": np.array([s for s in slides if s is not None]),
+        "jerk": np.array([jerk(m) for _, m in motions]),
+        "held": np.concatenate([pose_vectors(c.rotations) for c in held]) if held else np.zeros((0, 126)),
+        "seated": np.concatenate([pose_vectors(c.rotations) for c in seated]),
+        "halves": np.repeat(np.arange(len(seated)) % 2, [len(c) for c in seated]),
+    }  # fmt: skip
+
+
+def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[str, object]:
+    """The numbers of ``count`` random episodes beside captured ones."""
+    rng = np.random.default_rng(seed)
+    every = [(r["number"], e) for r in corpus.manifest["rooms"] for e in range(r["episodes"])]
+    chosen = sorted(every[k] for k in rng.permutation(len(every))[:count])
+    deep, knees, slides, jerks, leans, poses = [], {"idle": [], "walk": []}, [], [], [], []
+    hard: tuple[int, Hard | None] = (-1, None)
+    for number, episode in chosen:
+        data = corpus.room(number)
+        if hard[0] != number:
+            hard = number, Hard(data)
+        motion, body = data.motion(episode), data.body(episode)
+        few = motion.pose_slice(slice(None, None, STRIDE))
+        deep.append(max(hard[1].skin_depth(few, body).max(), hard[1].surface_depth(few, body).max()))
+        first, last = (int(v) for v in data.bounds[episode : episode + 2])
+        labels = data.array("motion", "labels")[first:last]
+        flexion = knee_flexion(motion)
+        for name, values in knees.items():
+            values.append(flexion[labels == LABELS.index(name)].ravel())
+        slide = feet.measures(motion, body=body)["stance_slide_cm_s"]
+        slides += [slide] if slide is not None else []
+        jerks.append(jerk(motion))
+        leans += leaning(data, episode)
+        poses.append(pose_vectors(motion.rotations[labels == LABELS.index("sit")][::10]))
+    real = captured_reference(folder, rng)
+    idle, walk = (np.concatenate(knees[name]) for name in ("idle", "walk"))
+    middle = real["seated"].mean(0)
+    axes = np.linalg.svd(real["seated"][::5] - middle, full_matrices=False)[2][:COMPONENTS].T
+    mine = np.concatenate(poses)
+    rooms, deep, leans = corpus.manifest["rooms"], np.array(deep), np.array(leans)
+    frames = np.array([r["frames"] for r in rooms])
+    return {
+        "rooms, episodes, hours": (len(rooms), sum(r["episodes"] for r in rooms), round(corpus.manifest["hours"], 2)),
+        "as captured before and after IK": [
+            round(float(np.average([r[name] for r in rooms], weights=frames)), 3)
+            for name in ("captured", "captured_after_ik")
+        ],
+        "episodes deeper than 2 cm": (round(float((deep > DEEP).mean()), 3), len(deep)),
+        "depth, 50 and 90 %": np.percentile(deep, [50, 90]).round(3).tolist(),
+        "knees idle, walk, straightest 20th": _knees(idle, walk),
+        "captured": _knees(real["idle"], real["walk"]),
+        "stance slide cm/s, captured": (round(float(np.mean(slides)), 2), round(float(real["slide"].mean()), 2)),
+        "jerk m/s3, captured": (round(float(np.median(jerks))), round(float(np.median(real["jerk"])))),
+        "back to rest <= 3 cm, sits": (round(float((leans <= 0.03).mean()), 2) if len(leans) else None, len(leans)),
+        "back to rest, median m": round(float(np.median(leans)), 3) if len(leans) else None,
+        "seated FD to held-out": round(frechet(mine, real["held"], axes, middle), 2) if len(real["held"]) else None,
+        "seated FD captured to held-out": round(frechet(real["seated"], real["held"], axes, middle), 2)
+        if len(real["held"]) else None,
+        "seated FD of two halves": round(
+            frechet(real["seated"][real["halves"] == 0], real["seated"][real["halves"] == 1], axes, middle), 2),
+    }  # fmt: skip
+
+
+def _knees(idle: np.ndarray, walk: np.ndarray) -> list[float]:
+    both = np.concatenate([idle, walk])
+    return [round(float(v), 1) for v in (np.median(idle), np.median(walk), np.percentile(both, 5))]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command; returns its exit status."""
+    parser = argparse.ArgumentParser(prog="measure", description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="the corpus")
+    parser.add_argument("--mocap", type=Path, default=DEFAULT_MOCAP)
+    parser.add_argument("--episodes", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args(arguments)
+    for name, value in measure(
+        store.Corpus(options.output), options.mocap, options.episodes, options.seed
+    ).items():
+        print(f"{name}: {value}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

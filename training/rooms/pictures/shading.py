@@ -1,0 +1,162 @@
+"""One picture: rays, light and shadow, one bounce of light from all around, and the maps beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import paints as colours
+from .camera import SIZE, Camera
+from .paints import Light, Paint
+from .tracer import NUDGE, Body, Hits, Tracer
+
+AROUND = 6  # rays a pixel for the light from all around
+SOFT = 0.08  # metres, radius of a lamp
+SUN_BLUR = 0.008  # radians
+FAR_LAMP = 1.0  # metres at which the colour of a lamp is its irradiance
+
+
+@dataclass
+class Picture:
+    """colour: (H, W, 3) uint8. depth: (H, W) metres along the camera's axis. normal: (H, W, 3) in camera coordinates
+    (x right, y down, z forward). classes: (H, W)."""
+
+    colour: np.ndarray
+    depth: np.ndarray
+    normal: np.ndarray
+    classes: np.ndarray
+
+
+def picture(
+    tracer: Tracer, camera: Camera, paints: dict[int, Paint], light: Light, body: Body | None,
+    rng: np.random.Generator, size: tuple[int, int] = SIZE, samples: int = 2,
+) -> Picture:  # fmt: skip
+    """The picture of a room with a body in it. samples: jittered rays a pixel for the colours."""
+    width, height = size
+    straight = camera.rays(size).reshape(-1, 3)
+    eye = np.broadcast_to(camera.position, straight.shape)
+    seen = tracer.trace(eye, straight, body)
+    total = np.zeros((width * height, 3))
+    bounced = None
+    for k in range(samples):
+        jitter = rng.random((height, width, 2))
+        ways = camera.rays(size, jitter).reshape(-1, 3)
+        hits = tracer.trace(eye, ways, body)
+        base = colours.albedo(paints, hits.paints, hits.point, hits.normal)
+        if k == 0:
+            bounced = _smoothed(_around(tracer, seen, paints, light, body, rng), seen, size)
+        lit = _direct(tracer, hits, light, body, rng) + bounced
+        shine = np.array([getattr(paints.get(int(p)), "shine", 0.0) for p in np.unique(hits.paints)])
+        gloss = shine[np.searchsorted(np.unique(hits.paints), hits.paints)]
+        value = base * lit + _glints(hits, ways, light, gloss)
+        outside = (hits.classes == 4) & (base.min(-1) > 0.85) | ~np.isfinite(hits.distance)
+        total += np.where(outside[:, None], light.sky * (0.6 + 0.8 * (ways[:, 1:2] * 0.5 + 0.5)), value)
+    colour = _developed(total / samples, light, rng).reshape(height, width, 3)
+    forward = -(straight @ camera.axes[2])
+    depth = np.where(np.isfinite(seen.distance), seen.distance * forward, 0.0)
+    normal = seen.normal @ camera.axes.T * np.array([1.0, -1.0, -1.0])
+    return Picture(
+        colour,
+        depth.reshape(height, width),
+        normal.reshape(height, width, 3),
+        seen.classes.reshape(height, width),
+    )
+
+
+def _direct(
+    tracer: Tracer, hits: Hits, light: Light, body: Body | None, rng: np.random.Generator
+) -> np.ndarray:
+    """Light (N, 3) from the sun and the lamps, in soft shadows."""
+    start = hits.point + hits.normal * NUDGE
+    out = np.zeros((len(start), 3))
+    if light.sun_colour.any():
+        way = light.sun + rng.normal(0, SUN_BLUR, start.shape)
+        way /= np.linalg.norm(way, axis=-1, keepdims=True)
+        facing = np.maximum((hits.normal * way).sum(-1), 0)
+        free = ~tracer.blocked(start, way, 60.0, body)
+        out += (facing * free)[:, None] * light.sun_colour
+    for place, colour in zip(light.lamps, light.lamp_colours, strict=True):
+        away = place + rng.normal(0, SOFT, start.shape) - start
+        distance = np.linalg.norm(away, axis=-1)
+        way = away / np.maximum(distance, 1e-6)[:, None]
+        facing = np.maximum((hits.normal * way).sum(-1), 0)
+        free = ~tracer.blocked(start, way, distance - 0.05, body)
+        out += (facing * free * (FAR_LAMP / np.maximum(distance, 0.4)) ** 2)[:, None] * colour
+    return out
+
+
+def _around(
+    tracer: Tracer,
+    seen: Hits,
+    paints: dict[int, Paint],
+    light: Light,
+    body: Body | None,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Light (N, 3) from all around: what rays at random see, sky through windows or surfaces in the fill light."""
+    start = seen.point + seen.normal * NUDGE
+    out = np.zeros((len(start), 3))
+    mean = {number: paint.colours.mean(0) for number, paint in paints.items()}
+    numbers = np.array(sorted(mean))
+    table = np.stack([mean[n] for n in numbers])
+    for _ in range(AROUND):
+        way = seen.normal + _sphere(len(start), rng)
+        way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-6)
+        found = tracer.trace(start, way, body)
+        row = np.clip(np.searchsorted(numbers, found.paints), 0, len(numbers) - 1)
+        colour = table[row]
+        sky = (found.classes == 4) & (colour.min(-1) > 0.85) | ~np.isfinite(found.distance)
+        # Near surfaces are as dark as what lies between them.
+        near = np.clip(found.distance / 0.7, 0.15, 1.0)[:, None]
+        out += np.where(sky[:, None], light.sky, light.fill * near * (0.35 + 0.9 * colour))
+    return out / AROUND
+
+
+def _sphere(count: int, rng: np.random.Generator) -> np.ndarray:
+    way = rng.normal(size=(count, 3))
+    return way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
+
+
+def _smoothed(
+    values: np.ndarray, seen: Hits, size: tuple[int, int], rounds: tuple[int, ...] = (1, 2)
+) -> np.ndarray:
+    """Noise taken off where neighbours lie in one plane (N, 3): a few sparse crosses."""
+    width, height = size
+    grid = values.reshape(height, width, 3)
+    normal = seen.normal.reshape(height, width, 3)
+    point = seen.point.reshape(height, width, 3)
+    for step in rounds:
+        total, weight = grid.copy(), np.ones((height, width, 1))
+        for dy in (-step, 0, step):
+            for dx in (-step, 0, step):
+                if not dx and not dy:
+                    continue
+                shift = lambda a, dy=dy, dx=dx: np.roll(a, (dy, dx), (0, 1))
+                alike = (normal * shift(normal)).sum(-1) > 0.9
+                alike &= np.abs(((shift(point) - point) * normal).sum(-1)) < 0.03
+                share = alike[..., None].astype(float)
+                total += shift(grid) * share
+                weight += share
+        grid = total / weight
+    return grid.reshape(-1, 3)
+
+
+def _glints(hits: Hits, ways: np.ndarray, light: Light, gloss: np.ndarray) -> np.ndarray:
+    """Highlights (N, 3) of the lamps."""
+    out = np.zeros((len(ways), 3))
+    mirrored = ways - 2 * (ways * hits.normal).sum(-1, keepdims=True) * hits.normal
+    for place, colour in zip(light.lamps, light.lamp_colours, strict=True):
+        away = place - hits.point
+        away /= np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-6)
+        out += (gloss * np.maximum((mirrored * away).sum(-1), 0) ** 30 * 0.3)[:, None] * colour
+    return out
+
+
+def _developed(value: np.ndarray, light: Light, rng: np.random.Generator) -> np.ndarray:
+    """Linear light (N, 3) to uint8: exposure by what is seen, a soft shoulder, gamma, a little noise."""
+    middle = np.exp(np.log(value.mean(-1) + 1e-4).mean())
+    exposed = value * 0.2 * light.exposure / middle
+    mapped = exposed / (1 + 0.35 * exposed)
+    mapped = np.clip(mapped, 0, 1) ** (1 / 2.2)
+    return np.clip(mapped * 255 + rng.normal(0, 2.0, mapped.shape), 0, 255).astype(np.uint8)
