@@ -205,7 +205,7 @@ def sentence(result: Result) -> str:
     if result.failures:
         text += f" {len(result.failures)} failed: {result.failures[0].message}"
     left = max(
-        (variant["refined"]["unsolved_cm"] for variant in result.variants if variant["refined"]), default=0
+        (variant["refined"]["unsolved_cm"] for variant in result.variants if "refined" in variant), default=0
     )
     if left > refine_action.UNSOLVED * 100:
         text += f" The body is still {left:.0f} cm deep in the scene somewhere."

@@ -85,8 +85,7 @@ def entry(
         "metrics": measured.numbers,
         "warnings": list(measured.warnings),
         "seconds": {name: round(value, 3) for name, value in seconds.items()},
-        "refined": None if take.refined is None else _refined(take.refined),
-    }
+    } | ({} if take.refined is None else {"refined": _refined(take.refined)})
 
 
 def _goal(take: Take) -> dict:
