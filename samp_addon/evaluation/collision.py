@@ -24,6 +24,9 @@ CHUNK = 32
 LARGEST_BOX = 6.0
 """Metres. Frames that span more are sampled in parts: takes can jump far."""
 
+STRIDE = 3
+"""Frames between two in which the scene's surface is looked for in the body; in between, the deeper neighbour counts."""
+
 SAME_POSE = 0.001
 """Metres. A pose whose joints all moved less since the last measured frame has the same depth."""
 
@@ -97,16 +100,22 @@ def _depth_of_samples(
 ) -> np.ndarray:
     """Return the largest depth (T,) of samples (N, 3) in the body; joints: (T, J, 3)."""
     depth, last, same = np.zeros(len(motion)), -2, 0  # last frame looked at, last one measured
-    close = [surface.near(one, samples) for one in joints]
-    frames = np.array([k for k, near in enumerate(close) if len(near)], int)
+    measured = np.unique([*range(0, len(motion), STRIDE), len(motion) - 1])
+    close = {k: surface.near(joints[k], samples) for k in measured}
+    frames = np.array([k for k, near in close.items() if len(near)], int)
     if not len(frames):
         return depth
     skin = human.skin(body, motion.pose_slice(frames), surface.vertices)
     for vertices, k in zip(skin, frames, strict=True):
-        if k == last + 1 and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
+        if k <= last + STRIDE and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
             depth[k], last = depth[last], k
             continue
         inside = surface.inside(vertices, samples[close[k]])
         depth[k] = inside.depth.max(initial=0.0)
         last = same = k
-    return depth
+    before = np.searchsorted(measured, np.arange(len(motion)), side="right") - 1
+    after = np.minimum(before + 1, len(measured) - 1)
+    return np.maximum(
+        depth[measured[before]],
+        np.where(np.isin(np.arange(len(motion)), measured), 0.0, depth[measured[after]]),
+    )
