@@ -113,9 +113,8 @@ def _depth_of_samples(
         inside = surface.inside(vertices, samples[close[k]])
         depth[k] = inside.depth.max(initial=0.0)
         last = same = k
-    before = np.searchsorted(measured, np.arange(len(motion)), side="right") - 1
+    frames = np.arange(len(motion))
+    before = np.searchsorted(measured, frames, side="right") - 1
     after = np.minimum(before + 1, len(measured) - 1)
-    return np.maximum(
-        depth[measured[before]],
-        np.where(np.isin(np.arange(len(motion)), measured), 0.0, depth[measured[after]]),
-    )
+    between = np.where(measured[before] == frames, 0.0, depth[measured[after]])
+    return np.maximum(depth[measured[before]], between)
