@@ -25,7 +25,7 @@ LARGEST_BOX = 6.0
 """Metres. Frames that span more are sampled in parts: takes can jump far."""
 
 STRIDE = 3
-"""Frames between two in which the scene's surface is looked for in the body; in between, the deeper neighbour counts."""
+"""Frames between two in which the surface is looked for in the body; in between, the deeper neighbour counts."""
 
 SAME_POSE = 0.001
 """Metres. A pose whose joints all moved less since the last measured frame has the same depth."""
