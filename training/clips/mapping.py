@@ -1,0 +1,199 @@
+"""Which joint of a captured skeleton is which of ours, and the rotation between the two in a rest pose.
+
+With A the axes in which the skeleton's rest pose faces +Z, U the rotation of a bone from its rest pose and T the
+rotation that brings the rest pose's limb onto SMPL-X's T-pose, our joint's rotation is (A^-1 U A) T^-1: constant
+but for U. So neither the pose at rest, nor a bone's own axes, nor the unit matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...samp_addon import rotation, skeleton
+from ...samp_addon.body.proportions import leg_length
+from ...samp_addon.errors import SampError
+from ...samp_addon.rigs import fitting, guessing, maps, spines
+from ...samp_addon.rigs.rig import Rig
+from .recording import Recording
+
+SPINE = ("spine1", "spine2", "spine3")
+INSTEAD = {"collar": "spine3", "wrist": "elbow", "foot": "ankle", "neck": "spine3", "head": "neck"}
+"""Joints that a skeleton may lack, and those that they turn with."""
+
+UPRIGHT = np.cos(np.radians(35.0))  # cosine between the legs, or the trunk, of a rest pose and its up
+STRAIGHT = 0.97  # distance from hip to ankle over the leg's length in a pose that can stand for the rest pose
+STILL = 0.2  # leg lengths a second of the pelvis in such a pose
+_ACCLAIM = {"pelvis": "root", "spine1": "lowerback", "spine2": "upperback", "spine3": "thorax", "neck": "lowerneck",
+            "head": "head", "hip": "{}femur", "knee": "{}tibia", "ankle": "{}foot", "foot": "{}toes",
+            "collar": "{}clavicle", "shoulder": "{}humerus", "elbow": "{}radius", "wrist": "{}hand"}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Mapping:
+    """From a skeleton to ours. bones: joint -> index. below, above: (22,) indices of bones, share: (22,) from 0 to 1:
+    a joint turns as the rotation between the two does. axes: (3, 3) from network axes to the file's. aligned:
+    (22, 4) quaternions, network frame, from the rest pose to the T-pose. leg: length in the file's unit."""
+
+    bones: dict[str, int]
+    below: np.ndarray
+    above: np.ndarray
+    share: np.ndarray
+    axes: np.ndarray
+    aligned: np.ndarray
+    leg: float
+
+
+def joints_of(recording: Recording) -> dict[str, int]:
+    """Joint -> index of the bone that is named for it: by known skeletons, else by what words in names mean.
+
+    Raises SampError where pelvis, legs or arms cannot be told.
+    """
+    names = recording.names
+    acclaim = {f"{side}_{part}" if "{}" in bone else part: bone.format(side[0])
+               for part, bone in _ACCLAIM.items() for side in ("left", "right")}  # fmt: skip
+    if set(acclaim.values()) <= set(names):
+        found = acclaim
+    else:
+        known = maps.recognise(names)
+        found = known[1] if known else guessing.guess(names, recording.parents, recording.rest)
+    lacking = [joint for joint in maps.ESSENTIAL if joint not in found]
+    if lacking:
+        raise SampError(f"No joint of '{recording.name}' is named for {', '.join(lacking)}.")
+    return {joint: names.index(bone) for joint, bone in found.items() if joint in skeleton.BODY_JOINTS}
+
+
+def mapped(recordings: Sequence[Recording]) -> tuple[list[Recording], Mapping]:
+    """The recordings of one skeleton, and how it relates to ours.
+
+    All are returned with one rest pose: the first that is of somebody who stands; else the first frame of a file, if
+    that will do (many begin in a T-pose); else the straightest still pose of all. Raises SampError without one.
+    """
+    first = recordings[0]
+    bones = joints_of(first)
+    pose = next(((one.rest, one.rest_turns) for one in recordings if stands(one.rest, bones)), None)
+    if pose is None:
+        pose = _standing_pose(recordings, bones)
+    if pose is None:
+        raise SampError(f"'{first.name}' has no rest pose, and nobody stands in it to find one.")
+    recordings = [one.rested_at(*pose) for one in recordings]
+    return recordings, _mapping(recordings[0], bones)
+
+
+def stands(joints: np.ndarray, bones: dict[str, int]) -> bool:
+    """Whether joints (J, 3) are those of an upright body: legs straight under the trunk, feet forwards."""
+    at = lambda joint: joints[bones[joint]]
+    middle = lambda joint: (at(f"left_{joint}") + at(f"right_{joint}")) / 2
+    up = middle("shoulder") - middle("ankle")
+    up = up / max(np.linalg.norm(up), 1e-9)
+    across = at("left_hip") - at("right_hip")
+    directions = [middle("shoulder") - middle("hip")]
+    for side in ("left", "right"):
+        thigh = at(f"{side}_hip") - at(f"{side}_knee")
+        shin = at(f"{side}_knee") - at(f"{side}_ankle")
+        directions += [thigh, shin]
+        if np.linalg.norm(thigh + shin) < STRAIGHT * (np.linalg.norm(thigh) + np.linalg.norm(shin)):
+            return False
+        if f"{side}_foot" in bones and (at(f"{side}_foot") - at(f"{side}_ankle")) @ np.cross(across, up) < 0:
+            return False
+    lengths = [max(np.linalg.norm(one), 1e-9) for one in directions]
+    return all(one @ up > UPRIGHT * length for one, length in zip(directions, lengths, strict=True))
+
+
+def _standing_pose(
+    recordings: Sequence[Recording], bones: dict[str, int]
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Joints (J, 3) and turns (J, 4) of a pose that can stand for the rest pose; None where nobody stands."""
+    for one in recordings:
+        if stands(one.positions[0], bones):
+            return one.positions[0], one.turns[0]
+    best = None
+    for one in recordings:
+        legs = np.stack([_leg(one.positions, bones, side) for side in ("left", "right")])
+        length = legs[..., 1].mean()
+        straight = (legs[..., 0] / np.maximum(legs[..., 1], 1e-9)).min(0)
+        moved = np.gradient(one.positions[:, bones["pelvis"]], 1 / one.fps, axis=0)
+        straight = np.where(np.linalg.norm(moved, axis=-1) < STILL * length, straight, 0.0)
+        for k in np.argsort(-straight)[:20]:
+            if stands(one.positions[k], bones):
+                if best is None or straight[k] > best[0]:
+                    best = straight[k], one.positions[k], one.turns[k]
+                break
+    return None if best is None else best[1:]
+
+
+def _leg(positions: np.ndarray, bones: dict[str, int], side: str) -> np.ndarray:
+    """From hip to ankle, and along thigh and shin (T, 2)."""
+    hip, knee, ankle = (positions[:, bones[f"{side}_{part}"]] for part in ("hip", "knee", "ankle"))
+    norm = lambda v: np.linalg.norm(v, axis=-1)
+    return np.stack([norm(ankle - hip), norm(knee - hip) + norm(ankle - knee)], -1)
+
+
+def _mapping(recording: Recording, bones: dict[str, int]) -> Mapping:
+    rig = _rig(recording)
+    fit = fitting.fit(
+        rig, {joint: recording.names[k] for joint, k in bones.items()}, skeleton.default_rest_joints()
+    )
+    # fit's turns belong to links, those of the trunk to none: the trunk stays as it is in the rest pose.
+    aligned = np.tile([1.0, 0.0, 0.0, 0.0], (skeleton.BODY_COUNT, 1))
+    for link, turn in zip(fit.links, fit.aligned, strict=True):
+        if link.share == 1.0 and link.above in skeleton.BODY_JOINTS:
+            aligned[skeleton.INDEX[link.above]] = turn
+    below, above, share = _spread(rig, bones)
+    for part in ("wrist", "foot"):
+        for side in ("left", "right"):
+            if f"{side}_{part}" not in bones:
+                lent = skeleton.INDEX[f"{side}_{INSTEAD[part]}"]
+                aligned[skeleton.INDEX[f"{side}_{part}"]] = aligned[lent]
+    return Mapping(bones, below, above, share, fit.axes, aligned, leg_length(fit.joints))
+
+
+def _rig(recording: Recording) -> Rig:
+    count = len(recording.names)
+    return Rig(
+        name=recording.name, names=recording.names, parents=recording.parents, heads=recording.rest,
+        tails=recording.tips, bases=np.tile(np.eye(3), (count, 1, 1)), constrained=np.zeros(count, bool),
+        inherits=np.ones(count, bool), world=np.eye(4), turn=np.eye(3), scale=1.0,
+    )  # fmt: skip
+
+
+def _spread(rig: Rig, bones: dict[str, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For each joint the bones between which it turns, and how far from the first to the second.
+
+    The three joints of our spine are spread evenly over the skeleton's chain, however long that is.
+    """
+    chain, neck = spines.spine_and_neck(rig, bones)
+    trunk = [bones["pelvis"], *(link.bone for link in chain)]
+    at: dict[str, tuple[int, int, float]] = {joint: (bone, bone, 1.0) for joint, bone in bones.items()}
+    for k, joint in enumerate(SPINE, start=1):
+        place = k * (len(trunk) - 1) / len(SPINE)
+        low = min(int(place), max(len(trunk) - 2, 0))
+        at[joint] = (trunk[low], trunk[min(low + 1, len(trunk) - 1)], place - low)
+    if neck:
+        at["neck"] = (neck[-1].bone, neck[-1].bone, 1.0)
+    for joint in skeleton.BODY_JOINTS:
+        if joint not in at:
+            part = joint.split("_")[-1]
+            lent = (
+                INSTEAD[part]
+                if part in ("collar", "neck", "head")
+                else f"{joint[: -len(part)]}{INSTEAD[part]}"
+            )
+            at[joint] = at[lent]
+    every = [at[joint] for joint in skeleton.BODY_JOINTS]
+    return (np.array([one[0] for one in every]), np.array([one[1] for one in every]),
+            np.array([one[2] for one in every]))  # fmt: skip
+
+
+def places(recording: Recording, mapping: Mapping) -> np.ndarray:
+    """Joint positions (T, J, 3) in network axes, the file's unit."""
+    return recording.positions @ mapping.axes
+
+
+def rotations(recording: Recording, mapping: Mapping) -> np.ndarray:
+    """Global rotations (T, 22, 4) of our joints, network frame."""
+    turns = rotation.change_basis(recording.unfolded(), mapping.axes.T)
+    spread = rotation.slerp(turns[:, mapping.below], turns[:, mapping.above], mapping.share)
+    return rotation.multiply(spread, rotation.conjugate(mapping.aligned))
