@@ -54,6 +54,9 @@ class SAMP_OT_create_character(bpy.types.Operator):
         from ..samp_addon.blender.character import character
 
         shapes = {name: getattr(self, name) for name in SHAPES}
+        from ..samp_addon.blender.overlays import start_marker
+
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
+        start_marker.show(context, made)
         context.scene.samp.character = context.scene.samp.character or made
         return f"Created '{made.name}'."

@@ -27,7 +27,9 @@ class SAMP_OT_export_npz(bpy.types.Operator):
         return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        self.filepath = self.filepath or "take.npz"
+        from ..samp_addon.blender.takes import export
+
+        self.filepath = self.filepath or f"{export.file_stem(context, self.character, self.action_name)}.npz"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 

@@ -11,7 +11,7 @@ FORMATS = (
     ("NPZ", "AMASS .npz", "SMPL-X parameters as in the AMASS dataset"),
     ("FBX", "FBX", "Armature, mesh and animation"),
     ("GLTF", "glTF", "Armature, mesh and animation as .glb"),
-    ("USD", "USD", "Armature, mesh and animation"),
+    *((("USD", "USD", "Armature, mesh and animation"),) if bpy.app.build_options.usd else ()),
     ("BVH", "BVH", "Animation of the skeleton only"),
 )
 
@@ -39,9 +39,11 @@ class SAMP_OT_export_take(bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         from ..samp_addon.blender.takes import export
+        from ..samp_addon.ui import job_from_settings
 
         if not self.filepath:
-            self.filepath = f"take{export.SUFFIXES[self.kind]}"
+            name = self.character or job_from_settings.character_name(context.scene.samp)
+            self.filepath = f"{export.file_stem(context, name)}{export.SUFFIXES[self.kind]}"
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 

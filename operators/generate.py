@@ -24,6 +24,11 @@ class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
 
         return job_from_settings.why_not(context)
 
+    def label(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.ui import job_from_settings
+
+        return job_from_settings.button_label(context.scene.samp)
+
     def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.ui import job_from_settings
 

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from ..samp_addon.pipeline.job import Job
 
 
+def _saved_never(kind: object, **options: object) -> object:
+    """Return a property that is unset at every press, so that the sidebar's setting applies."""
+    return kind(**options, options={"SKIP_SAVE"})
+
+
 class JobOperator(ThreadOperator):
     """Base of operators that bake the job that `job` returns."""
 
@@ -23,24 +28,40 @@ class JobOperator(ThreadOperator):
         """Return the job. Raise SampError where what it needs is missing."""
         raise NotImplementedError
 
+    def seed_given(self) -> bool:
+        """Return whether the caller chose the seed; otherwise the sidebar's seed is used and increased."""
+        return False
+
+    def fits_range(self) -> bool:
+        """Return whether the setting Fit Frame Range applies: to buttons, not to the calls of a script."""
+        return self._run is not None
+
     def run_now(self, context: bpy.types.Context) -> Result:
         from ..samp_addon.blender.takes import baking
 
-        return baking.run(context, self.job(context))
+        return baking.run(context, self.job(context), start_from=context.scene.samp.start_from)
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
         from ..samp_addon.blender.takes import baking
 
-        return baking.begin(context, self.job(context))
+        return baking.begin(context, self.job(context), start_from=context.scene.samp.start_from)
 
     def finished(self, result: Result) -> str:
         from ..samp_addon.blender.takes import baking
 
+        scene = bpy.context.scene
+        settings = scene.samp
+        if not self.seed_given():
+            seeds = len(result.variants) + len(result.failures)
+            settings.seed = (settings.seed + seeds) % 2**31  # the next press gives another take
+        settings.character = settings.character or result.owner
+        if settings.fit_range and self.fits_range():
+            scene.frame_end = max(variant["frame_end"] for variant in result.variants)
         return baking.sentence(result)
 
 
 class OptionsOperator(JobOperator):
-    """Base of operators whose job is in their own options: Sit Here, Lie Here, Walk Here."""
+    """Base of Sit Here, Lie Here and Walk Here. Options that the caller does not give are the sidebar's settings."""
 
     target: StringProperty(
         name="Target",
@@ -52,14 +73,33 @@ class OptionsOperator(JobOperator):
         description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
         options={"SKIP_SAVE"},
     )
-    seed: IntProperty(
+    seed: _saved_never(
+        IntProperty,
         name="Seed",
         description="Seed of the random numbers; another one gives another take",
-        default=0,
         min=0,
     )
-    variants: IntProperty(name="Takes", description="Each is an Action of its own", default=1, min=1, max=64)
-    hold: FloatProperty(
+    variants: _saved_never(
+        IntProperty, name="Takes", description="Number of takes; each is an Action", default=1, min=1, max=64
+    )
+    style: _saved_never(
+        FloatProperty,
+        name="Style",
+        description="Amount of variation between takes",
+        default=0.1,
+        min=0.0,
+        max=1.0,
+    )
+    speed: _saved_never(
+        FloatProperty,
+        name="Speed",
+        description="Speed relative to captured motion",
+        default=1.0,
+        min=0.5,
+        max=2.0,
+    )
+    hold: _saved_never(
+        FloatProperty,
         name="Hold",
         description="Time to keep the final pose, in seconds",
         default=2.0,
@@ -67,28 +107,30 @@ class OptionsOperator(JobOperator):
         max=600.0,
         subtype="TIME_ABSOLUTE",
     )
-    refine: BoolProperty(
-        name="Refine", description="Correct contact, penetration and foot slide of each take; takes longer"
+    refine: _saved_never(
+        BoolProperty,
+        name="Refine",
+        description="Correct contact, penetration and foot slide of each take; takes longer",
     )
-    use_start: BoolProperty(
-        name="Custom Start", description="Start elsewhere than where the character stands"
+    use_start: _saved_never(
+        BoolProperty, name="Custom Start", description="Start elsewhere than at the start marker"
     )
     start: FloatVectorProperty(name="Start", description="Where to start", subtype="TRANSLATION", size=3)
     start_yaw: FloatProperty(
         name="Start Facing", description="Turn to the left from facing -Y, seen from above", subtype="ANGLE"
     )
 
-    def common(self) -> dict:
+    def seed_given(self) -> bool:
+        return self.properties.is_property_set("seed")
+
+    def common(self, context: bpy.types.Context) -> dict:
         """Return the options that every job has."""
+        from ..samp_addon.ui import job_from_settings
+
+        chosen = job_from_settings.common(context.scene.samp)
+        given = {name: getattr(self, name) for name in chosen if self.properties.is_property_set(name)}
         start = (*self.start, math.degrees(self.start_yaw)) if self.use_start else None
-        return {
-            "character": self.character,
-            "seed": self.seed,
-            "variants": self.variants,
-            "hold": self.hold,
-            "refine": self.refine,
-            "start": start,
-        }
+        return chosen | given | {"start": start}
 
 
 class SettingsOperator(JobOperator):
@@ -97,7 +139,8 @@ class SettingsOperator(JobOperator):
     `why_not` returns why there can be none now.
     """
 
-    bl_options = {"UNDO"}
+    def fits_range(self) -> bool:
+        return True
 
     @classmethod
     def why_not(cls, context: bpy.types.Context) -> str:
@@ -112,13 +155,3 @@ class SettingsOperator(JobOperator):
         if reason:
             cls.poll_message_set(reason)
         return not reason
-
-    def finished(self, result: Result) -> str:
-        scene = bpy.context.scene
-        settings = scene.samp
-        # The next press shows another way to do it.
-        settings.seed = (settings.seed + settings.variants) % 2**31
-        settings.character = settings.character or result.owner
-        if settings.fit_range:
-            scene.frame_end = max(scene.frame_end, *(variant["frame_end"] for variant in result.variants))
-        return super().finished(result)

@@ -22,4 +22,6 @@ class SAMP_OT_lie_here(OptionsOperator, bpy.types.Operator):
         from ..samp_addon.blender.scene import targets
         from ..samp_addon.pipeline.job import Job
 
-        return Job(action="lie", target=self.target or targets.clicked_target(context), **self.common())
+        return Job(
+            action="lie", target=self.target or targets.clicked_target(context), **self.common(context)
+        )

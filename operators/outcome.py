@@ -53,6 +53,16 @@ def has_character(operator: type[bpy.types.Operator], context: bpy.types.Context
     return True
 
 
+def has_action(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Return whether there are a character and an Action to work on; otherwise the tooltip gives the reason."""
+    if not has_character(operator, context):
+        return False
+    if not bpy.data.actions:
+        operator.poll_message_set("The character has no Action; generate a take first")
+        return False
+    return True
+
+
 def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Return whether Object Mode is active; otherwise the operator's tooltip gives the reason."""
     if context.mode != "OBJECT":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
+from . import outcome
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
@@ -19,6 +20,20 @@ WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "goal")
 
 def _weight(name: str, description: str, default: float = 1.0) -> object:
     return FloatProperty(name=name, description=description, default=default, min=0.0, soft_max=4.0)
+
+
+def _fill_range(options: bpy.types.OperatorProperties, context: bpy.types.Context) -> None:
+    """Set the range to that of the Action that would be refined."""
+    from ..samp_addon.blender.actions import keyframes
+    from ..samp_addon.errors import SampError
+
+    if not options.use_range:
+        return
+    try:
+        _, action = keyframes.find_action(context, options.character, options.action_name)
+    except SampError:  # reported when Refine runs
+        return
+    options.frame_start, options.frame_end = (round(frame) for frame in action.frame_range)
 
 
 class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
@@ -35,7 +50,9 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     action_name: StringProperty(
         name="Action", description="Action to refine; if empty, the active one", options={"SKIP_SAVE"}
     )
-    use_range: BoolProperty(name="Frame Range", description="Refine only the frames of a range")
+    use_range: BoolProperty(
+        name="Frame Range", description="Refine only the frames of a range", update=_fill_range
+    )
     frame_start: IntProperty(name="Start Frame", description="First frame of the range", default=1)
     frame_end: IntProperty(name="End Frame", description="Last frame of the range", default=250)
     strength: FloatProperty(
@@ -54,6 +71,14 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     limits: _weight("Joint Limits", "Weight of staying within joint limits")
     goal: _weight("Goal", "Weight of ending at the goal")
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and outcome.has_action(cls, context)
+
+    def _limit(self, name: str) -> int | None:
+        """Return a limit of the range; None, the Action's, where it is not given."""
+        return getattr(self, name) if self.use_range and self.properties.is_property_set(name) else None
+
     def arguments(self) -> dict:
         """Return the arguments of refine_action.run and begin."""
         from ..samp_addon.blender.actions import refine_action
@@ -62,8 +87,8 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
         return {
             "character": self.character,
             "action_name": self.action_name,
-            "frame_start": self.frame_start if self.use_range else None,
-            "frame_end": self.frame_end if self.use_range else None,
+            "frame_start": self._limit("frame_start"),
+            "frame_end": self._limit("frame_end"),
             "settings": refine_action.Settings(**weights),
         }
 

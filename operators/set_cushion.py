@@ -26,7 +26,14 @@ class SAMP_OT_set_cushion(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return outcome.in_object_or_pose_mode(cls, context)
+        from ..samp_addon.blender.scene import candidates
+
+        if not outcome.in_object_or_pose_mode(cls, context):
+            return False
+        if not candidates.selected(context):
+            cls.poll_message_set("No furniture is selected; select the seat first")
+            return False
+        return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self._soften(context))

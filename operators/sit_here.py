@@ -22,4 +22,6 @@ class SAMP_OT_sit_here(OptionsOperator, bpy.types.Operator):
         from ..samp_addon.blender.scene import targets
         from ..samp_addon.pipeline.job import Job
 
-        return Job(action="sit", target=self.target or targets.clicked_target(context), **self.common())
+        return Job(
+            action="sit", target=self.target or targets.clicked_target(context), **self.common(context)
+        )

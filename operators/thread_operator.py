@@ -23,7 +23,7 @@ UNDO_KEYS = {"Z"}
 class ThreadOperator:
     """Base of operators with long work: `run_now` does all of it, `begin` starts it in a thread, `finished` ends it."""
 
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}  # without REGISTER: the redo panel would run it again without progress
 
     _work = None
     _run = None
@@ -52,6 +52,10 @@ class ThreadOperator:
         """Do what remains after the work; return the sentence that is reported."""
         raise NotImplementedError
 
+    def label(self, context: bpy.types.Context) -> str:
+        """Return the text of the button that was pressed."""
+        return self.bl_label
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self.finished(self.run_now(context)))
 
@@ -71,7 +75,7 @@ class ThreadOperator:
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
-        self._work = running_work.begin(self.bl_label)
+        self._work = running_work.begin(self.label(context), type(self).__name__.removeprefix("SAMP_OT_"))
         return ""
 
     def _start(self, context: bpy.types.Context) -> str:
@@ -140,7 +144,7 @@ class ThreadOperator:
         self._work.stage, self._work.share = self._run.stage, self._run.share
         percent = int(100 * self._run.share)
         context.window_manager.progress_update(percent)
-        context.workspace.status_text_set(f"{self.bl_label}: {self._run.stage} {percent} %   (Esc stops)")
+        context.workspace.status_text_set(f"{self._work.label}: {self._run.stage} {percent} %   (Esc stops)")
         if self._ghost is not None:
             self._ghost.show(self._run.shown)
         _redraw(context)

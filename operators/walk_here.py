@@ -41,4 +41,4 @@ class SAMP_OT_walk_here(OptionsOperator, bpy.types.Operator):
 
         facing = (math.degrees(self.yaw),) if self.use_yaw else ()
         place = None if self.target else (*self.location, *facing)
-        return Job(action="run" if self.run else "walk", target=self.target, to=place, **self.common())
+        return Job(action="run" if self.run else "walk", target=self.target, to=place, **self.common(context))

@@ -52,9 +52,9 @@ def collect(platform: str, folder: Path, excluded: Sequence[str] = ()) -> Collec
     return collection
 
 
-def requirement(name: str, platform: str) -> str:
+def requirement(name: str, platform: str, python: str) -> str:
     """Return a package and its version as a requirement for pip."""
-    own = LISTED["platforms"][platform].get("versions", {})
+    own = LISTED["python_versions"].get(python, {}) | LISTED["platforms"][platform].get("versions", {})
     return f"{name}=={own.get(name, LISTED['versions'][name])}"
 
 
@@ -66,7 +66,7 @@ def _get(name: str, platform: str, python: str, folder: Path) -> tuple[Path | No
     command += ["--only-binary=:all:", "--implementation", "cp", "--python-version", python]
     for tag in LISTED["platforms"][platform]["tags"]:
         command += ["--platform", tag]
-    wanted = requirement(name, platform)
+    wanted = requirement(name, platform, python)
     command += ["--dest", str(place), wanted]
     reason = ""
     for source in (["--no-index", "--find-links", str(place)], []):

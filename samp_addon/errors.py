@@ -11,6 +11,10 @@ class PathError(SampError):
     """There is no path from the start to the goal."""
 
 
+class NoPlaceError(SampError):
+    """The object has no place to sit or lie."""
+
+
 class RolloutError(SampError):
     """The rollout did not reach the goal."""
 

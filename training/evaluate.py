@@ -16,7 +16,8 @@ from ..samp_addon.methods.samp import goals
 from ..samp_addon.methods.samp.load_networks import load_motion_net
 from ..samp_addon.methods.samp.networks import Networks
 from ..samp_addon.methods.samp.rollout import generator
-from .evaluation import reference, refined, report, sheets
+from . import furniture
+from .evaluation import reference, refined, report, sheets, stages
 from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rooms", type=int, default=12)
     parser.add_argument("--takes", type=int, default=3)
     parser.add_argument("--actions", nargs="+", default=["sit", "lie", "walk", "run"])
-    parser.add_argument("--furniture", type=Path, default=SHARED / "furniture")
+    parser.add_argument("--furniture", type=Path, default=furniture.available(SHARED / "furniture"))
     parser.add_argument("--mocap", type=Path, default=SHARED / "mocap" / "test")
     parser.add_argument(
         "--versions",
@@ -54,16 +55,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--sheets", type=Path, help="folder for contact sheets of 20 random takes of each action"
     )
     parser.add_argument("--refine", action="store_true", help="refine each take and tell what that changes")
+    parser.add_argument(
+        "--pieces",
+        choices=["tuning", "final", "all"],
+        default="tuning",
+        help="which held-out pieces: those that choices may look at, or the third that is kept for final tables",
+    )
+    parser.add_argument("--no-stages", action="store_true", help="leave out PE and RE of the earlier stages")
     options = parser.parse_args(arguments)
     versions = dict(networks_of(version) for version in options.versions or [])
     if options.no_planner and versions:
         name, networks = next(iter(versions.items()))
         versions[f"{name}, no planner"] = straight_on(networks)
+    if options.furniture == furniture.library.SHIPPED_FOLDER:
+        print(furniture.missing(SHARED / "furniture"))
+    if not options.mocap.is_dir():
+        print(f"{options.mocap} is missing, so no measure of captured motion stands beside the takes'.")
     pace = reference.real_pace([options.mocap, options.mocap.parent / "smplx30"])
     for action in options.actions:
-        pieces = held_out_seats(options.furniture, action)
+        pieces = held_out_seats(options.furniture, action, options.pieces)
         if action in SEATS:
-            print(f"{action}: {len(pieces)} held-out pieces" if pieces else f"{action}: boxes")
+            names = ", ".join(piece.name for piece in pieces)
+            print(
+                f"{action}: {len(pieces)} held-out pieces ({options.pieces}): {names}"
+                if pieces
+                else f"{action}: boxes"
+            )
         real = reference.real_motion(options.mocap, action)
         made = partial(evaluate, action, options.rooms, options.takes, pieces)
         if versions:
@@ -73,6 +90,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         else:
             results = made()
             told = report.table(action, results, real, pace if action == "sit" else None)
+            if not options.no_stages:
+                told += "\n\n" + stages.table(action, stages.measure(results.jobs))
             if options.refine:
                 pairs = zip(results.takes, results.scenes, strict=True)
                 told += "\n\n" + refined.table(action, [refined.mend(take, scene) for take, scene in pairs])

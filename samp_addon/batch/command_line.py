@@ -9,6 +9,9 @@ from typing import Any, NoReturn
 from ..errors import UsageError
 from ..methods import registry
 
+UNITS = ("m", "cm", "mm", "in", "ft")
+UP = ("Y", "Z")
+
 LONGEST_MESSAGE = 300
 """Characters of a message about an argument; a jobs file can hold a line of any length."""
 
@@ -42,6 +45,8 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help=".blend, .glb, .gltf, .obj, .fbx or .usd; left out, the open file",
     )
+    add("--units", choices=UNITS, metavar="UNIT", help=f"of an imported scene: {', '.join(UNITS)}")
+    add("--up", choices=UP, metavar="AXIS", help="axis that points up in an imported scene: Y or Z")
     add("--action", action="append", metavar="ACTION", help=", ".join(registry.actions()) + several)
     add(
         "--target",

@@ -141,7 +141,7 @@ def _carry_out(
     """Carry out one order, from its file to its files; errors are in the outcome. label: before each take's line."""
     try:
         with quiet() as say:
-            context, done = open_scene.open_for_job(made.scene or made.opened), []
+            context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
 
             def on_take(take: Take) -> None:
                 done.append(take)

@@ -15,6 +15,7 @@ from ..methods.step import Step
 from ..pipeline.job import Job
 
 PATHS = ("scene", "output", "npz", "report")
+IMPORT = ("units", "up")  # how an imported scene is read
 ROW = ("action", "target", "to")  # options that steps in a row have one each of
 
 
@@ -33,6 +34,8 @@ class Order:
     report: Path | None = None
     opened: Path | None = None
     overwrite: bool = False
+    units: str | None = None
+    up: str | None = None
 
     def options(self) -> dict[str, Any]:
         """Return the options in force, as JSON holds them; paths absolute."""
@@ -42,6 +45,7 @@ class Order:
         for name in ("scene", "output", "npz"):
             path = getattr(self, name)
             found[name] = None if path is None else str(path.absolute())
+        found |= {name: getattr(self, name) for name in IMPORT if getattr(self, name) is not None}
         return json.loads(json.dumps(found))
 
 
@@ -55,7 +59,7 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
         raise UsageError("Say what to do with --action: " + ", ".join(method.actions) + ".")
     own = {option.name for option in method.options}
     plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
-    foreign = sorted(set(options) - own - plain - {*PATHS, *ROW, "overwrite"})
+    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite"})
     if foreign:
         raise UsageError(f"The method '{method.name}' has no option '{foreign[0]}'; leave it out.")
     first, *rest = _row(options)
@@ -71,9 +75,12 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
     made = Order(
         job,
         **{name: Path(options[name]) for name in PATHS if name in options},
+        **{name: options[name] for name in IMPORT if name in options},
         opened=opened,
         overwrite=options.get("overwrite", False),
     )
+    if (made.units or made.up) and (made.scene is None or made.scene.suffix.lower() == ".blend"):
+        raise UsageError("--units and --up are for imported scenes, such as .obj; scale a .blend in Blender.")
     if made.output is None and made.npz is None and made.report is None:
         raise UsageError("Say where the result goes with --output, --npz or --report.")
     if made.output is not None and made.output.suffix != ".blend":

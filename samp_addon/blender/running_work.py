@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 @dataclass
 class RunningWork:
-    """Work in flight. label: the button that was pressed. stage, share: its progress, 0 to 1."""
+    """Work in flight. label, operator: text and operator of the button that was pressed. stage, share: its progress."""
 
     label: str
+    operator: str = ""
     stage: str = "Loading"
     share: float = 0.0
     cancel_requested: bool = False
@@ -23,10 +24,10 @@ def current() -> RunningWork | None:
     return _current
 
 
-def begin(label: str) -> RunningWork:
+def begin(label: str, operator: str = "") -> RunningWork:
     """Register new work. There is never a second one: operators check `current` in their poll."""
     global _current  # noqa: PLW0603 (the window has one piece of work at a time)
-    _current = RunningWork(label)
+    _current = RunningWork(label, operator)
     return _current
 
 

@@ -31,6 +31,8 @@ _PARTS = {
 # Additional keys, so that reading restores all that was written.
 _EXTRA = {"contacts": "samp_contacts", "actions": "samp_actions"}
 _START = "samp_interaction_start"
+_READ = {"poses", "trans", "mocap_frame_rate", "mocap_framerate", *_PARTS, *_EXTRA.values(), _START}
+"""The keys that are read."""
 MIN_FPS, MAX_FPS = 1, 1000
 """Frames per second of a valid file."""
 _UNREADABLE = (OSError, EOFError, ValueError, zipfile.BadZipFile, AttributeError)
@@ -99,7 +101,9 @@ def read_amass(path: str | Path) -> Motion:
     path = Path(path)
     try:
         with np.load(path, allow_pickle=False) as data:
-            content = {key: value for key, value in data.items() if value.dtype.kind in "fiu"}
+            # Published files also hold dictionaries and names, which only pickle would read.
+            content = {key: data[key] for key in data.files if key in _READ}
+            content = {key: value for key, value in content.items() if value.dtype.kind in "fiu"}
     except FileNotFoundError as error:
         raise SampError(f"There is no file '{path}'; choose an AMASS .npz file.") from error
     # zlib.error and NotImplementedError: corrupt content.

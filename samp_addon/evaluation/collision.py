@@ -1,6 +1,8 @@
 """Penetration, non-collision and contact of a body with the scene's triangles. Network frame, metres.
 
-Solid regions and distances to their surfaces are computed in obstacles.py.
+The depth of a frame is the larger of two: of the body's vertices inside the scene's solids, to the nearest surface
+(obstacles.py); and of the scene's surface inside the body, to the nearest skin (skin_depth.py), without which a thigh
+that passes through a thin seat, a slat or a wire counts as free.
 """
 
 from __future__ import annotations
@@ -8,10 +10,25 @@ from __future__ import annotations
 import numpy as np
 
 from ..body import human
+from ..body.hands import complete
 from ..motion import Motion
+from ..scene.geometry import extent
+from ..skeleton import forward_kinematics
 from .obstacles import ROUNDING, Obstacles
+from .skin_depth import SkinSurface, surface_of
 
 DEPTHS = (0.02, 0.05)
+CHUNK = 32
+"""Frames whose surroundings are sampled together."""
+
+LARGEST_BOX = 6.0
+"""Metres. Frames that span more are sampled in parts: takes can jump far."""
+
+STRIDE = 3
+"""Frames between two in which the surface is looked for in the body; in between, the deeper neighbour counts."""
+
+SAME_POSE = 0.001
+"""Metres. A pose whose joints all moved less since the last measured frame has the same depth."""
 
 
 def body_depth(
@@ -28,15 +45,20 @@ def body_depth(
 
 
 def measures(
-    motion: Motion, obstacles: Obstacles, floor: float | None = None, body: human.Human | None = None
+    motion: Motion,
+    obstacles: Obstacles,
+    floor: float | None = None,
+    body: human.Human | None = None,
+    found: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, float]:
-    """Compute penetration, non-collision and contact; arguments as for `body_depth`.
+    """Compute penetration, non-collision and contact; arguments as for `body_depth`. found: its result, if known.
 
-    Penetration: percentage of frames with a vertex deeper than 2 and 5 cm, mean and maximum depth over frames, cm.
+    Penetration: percentage of frames deeper than 2 and 5 cm, mean and maximum depth over frames, cm; the depth of a
+    frame is that of its deepest vertex in the scene, or of the deepest surface sample in the body.
     Non-collision: share of vertices outside, mean over frames. Contact: share of frames that touch the scene.
     """
-    depth, touching = body_depth(motion, obstacles, floor, body)
-    deepest = depth.max(1)
+    depth, touching = found or body_depth(motion, obstacles, floor, body)
+    deepest = np.maximum(depth.max(1), surface_depth(motion, obstacles, floor, body))
     numbers = {
         f"penetration_{limit * 100:.0f}cm_percent": float((deepest > limit).mean() * 100) for limit in DEPTHS
     }
@@ -45,3 +67,54 @@ def measures(
     numbers["non_collision"] = float((depth <= ROUNDING).mean())
     numbers["contact"] = float(touching.any(1).mean())
     return numbers
+
+
+def surface_depth(
+    motion: Motion, obstacles: Obstacles, floor: float | None = None, body: human.Human | None = None
+) -> np.ndarray:
+    """Compute how deep the scene's surface is inside the body, to its nearest skin: (T,) metres, 0 where it is free.
+
+    Arguments as for `body_depth`. The surface is sampled 1.5 cm apart where the take comes near.
+    """
+    body = body or human.load()
+    surface = surface_of(body)
+    joints = forward_kinematics(motion.root, complete(motion.rotations), body.joints)[0]
+    result = np.zeros(len(motion))
+    pending = [(first, min(first + CHUNK, len(motion))) for first in range(0, len(motion), CHUNK)]
+    while pending:
+        first, last = pending.pop()
+        low, high = extent(joints[first:last])
+        if (high - low).max() > LARGEST_BOX and last - first > 1:
+            middle = (first + last) // 2
+            pending += [(first, middle), (middle, last)]
+            continue
+        samples = obstacles.samples(low - surface.reach, high + surface.reach, floor)
+        if len(samples):
+            rows = slice(first, last)
+            result[rows] = _depth_of_samples(motion.pose_slice(rows), joints[rows], samples, surface, body)
+    return result
+
+
+def _depth_of_samples(
+    motion: Motion, joints: np.ndarray, samples: np.ndarray, surface: SkinSurface, body: human.Human
+) -> np.ndarray:
+    """Return the largest depth (T,) of samples (N, 3) in the body; joints: (T, J, 3)."""
+    depth, last, same = np.zeros(len(motion)), -2, 0  # last frame looked at, last one measured
+    measured = np.unique([*range(0, len(motion), STRIDE), len(motion) - 1])
+    close = {k: surface.near(joints[k], samples) for k in measured}
+    frames = np.array([k for k, near in close.items() if len(near)], int)
+    if not len(frames):
+        return depth
+    skin = human.skin(body, motion.pose_slice(frames), surface.vertices)
+    for vertices, k in zip(skin, frames, strict=True):
+        if k <= last + STRIDE and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
+            depth[k], last = depth[last], k
+            continue
+        inside = surface.inside(vertices, samples[close[k]])
+        depth[k] = inside.depth.max(initial=0.0)
+        last = same = k
+    frames = np.arange(len(motion))
+    before = np.searchsorted(measured, frames, side="right") - 1
+    after = np.minimum(before + 1, len(measured) - 1)
+    between = np.where(measured[before] == frames, 0.0, depth[measured[after]])
+    return np.maximum(depth[measured[before]], between)

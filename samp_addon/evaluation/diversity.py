@@ -1,5 +1,8 @@
 """Diversity of takes (APD, SAMP equation 6) and their Frechet distance to real motion (equation 9).
 
+The paper's APD pools the frames of all takes, so that ten identical takes are as diverse as one is in time; it is kept
+for comparison with its tables. `diversity_in_time` compares takes frame by frame and is 0 for identical ones.
+
 Features are expressed in the root frame: origin at the pelvis projected onto the floor, rotated by the heading.
 """
 
@@ -17,6 +20,12 @@ from ..skeleton import BODY_COUNT
 
 TRAJECTORY_SAMPLES = np.linspace(-1, 1, 13)
 """Times at which the root's trajectory is sampled, seconds relative to a frame."""
+
+STEPS = 60
+"""Equal steps of each phase, at which takes are compared."""
+
+RESTING = 0.03
+"""Metres of height around its last one within which a pelvis rests."""
 
 
 def pose_features(motion: Motion) -> np.ndarray:
@@ -58,8 +67,50 @@ def average_pairwise_distance(features: np.ndarray) -> float:
 
 
 def diversity(motions: Sequence[Motion]) -> float:
-    """Return the APD of the local poses of several takes of the same job."""
+    """Return the paper's APD of the local poses of several takes of the same job, pooled over time."""
     return average_pairwise_distance(np.concatenate([pose_features(m) for m in motions]))
+
+
+def phases(motion: Motion) -> list[slice]:
+    """Return the frames of walking, of sitting or lying down, and of resting; all of a take that does not rest.
+
+    A body rests from the frame after which its pelvis stays within 3 cm of its last height.
+    """
+    begun = motion.interaction_start
+    if begun is None:
+        return [slice(0, len(motion))]
+    off = np.abs(motion.root[:, 1] - motion.root[-1, 1]) > RESTING
+    last = int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
+    rest = min(max(last, begun), len(motion) - 1)
+    return [slice(0, begun), slice(begun, rest), slice(rest, len(motion))]
+
+
+def aligned_features(motion: Motion) -> np.ndarray:
+    """Return the local poses at STEPS equal steps of each phase, (S, 264), without the pelvis' place and facing."""
+    features = pose_features(motion).reshape(len(motion), BODY_COUNT, 4, 3)
+    features[:, :, 0] -= features[:, :1, 0].copy()
+    features = features.reshape(len(motion), -1)
+    rows = []
+    for part in phases(motion):
+        last = max(part.stop - 1, part.start)
+        rows.append(np.linspace(min(part.start, last), last, STEPS))
+    at = np.concatenate(rows)
+    low = np.minimum(at.astype(int), max(len(motion) - 2, 0))
+    share = (at - low)[:, None]
+    return (1 - share) * features[low] + share * features[np.minimum(low + 1, len(motion) - 1)]
+
+
+def diversity_in_time(motions: Sequence[Motion]) -> float:
+    """Return the APD between takes of the same job, aligned in time; 0 for identical takes and for fewer than two.
+
+    The mean over the steps of all phases of the mean squared distance of all pairs of takes.
+    """
+    if len(motions) < 2:
+        return 0.0
+    features = [aligned_features(motion) for motion in motions]
+    steps = min(map(len, features))
+    stacked = np.stack([one[-steps:] for one in features], axis=1)
+    return float(np.mean([average_pairwise_distance(step) for step in stacked]))
 
 
 def frechet_distance(ours: np.ndarray, real: np.ndarray) -> float:

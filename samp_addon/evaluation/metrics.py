@@ -11,7 +11,7 @@ import numpy as np
 from ..body.human import Human
 from ..motion import Goal, Motion
 from ..skeleton import BODY_COUNT
-from . import collision, feet
+from . import collision, feet, support
 from .obstacles import Obstacles
 
 SUCCESS_DISTANCE = 0.20
@@ -91,7 +91,9 @@ def measure(
     numbers["jerk_m_s3"] = jerk(motion)
     numbers.update(feet.measures(motion, floor, body))
     if obstacles is not None:
-        numbers.update(collision.measures(motion, obstacles, floor, body=body))
+        found = collision.body_depth(motion, obstacles, floor, body)
+        numbers.update(collision.measures(motion, obstacles, floor, body, found))
+        numbers.update(support.measures(motion, goal, obstacles, floor, body, found))
     return numbers
 
 

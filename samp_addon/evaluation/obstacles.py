@@ -11,7 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..scene.distance.signed_distance import LARGE
 from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
+from ..scene.distance.surface_samples import samples_in_box, without_twins
+from ..scene.navmesh.lattice import clip_to_box
 
 CONTACT_DISTANCE = 0.01
 """Metres. Skin closer to a surface than this touches it."""
@@ -41,7 +44,8 @@ class Obstacles:
 
     def __init__(self, triangles: np.ndarray) -> None:
         """triangles: (F, 3, 3) of the scene."""
-        self._triangles = np.asarray(triangles, dtype=np.float64)
+        # Opposite twins of two-sided faces cancel each other's winding number.
+        self._triangles = without_twins(np.asarray(triangles, dtype=np.float64))[0]
         self._over: dict[float | None, _Solids] = {}
         self._lock = threading.Lock()
 
@@ -56,6 +60,14 @@ class Obstacles:
             if floor not in self._over:
                 self._over[floor] = _Solids(self._triangles, floor)
         return self._over[floor].depth(vertices)
+
+    def samples(self, low: np.ndarray, high: np.ndarray, floor: float | None = None) -> np.ndarray:
+        """Return samples (N, 3), 1.5 cm apart, of the surfaces in the box from low (3,) to high (3,).
+
+        Without the floor itself and what is less than 1 cm above it.
+        """
+        found, _ = samples_in_box(self._triangles, low, high)
+        return found if floor is None else found[found[:, 1] > floor + CONTACT_DISTANCE]
 
 
 class _Solids:
@@ -115,8 +127,15 @@ class _Solids:
         # Blocks that contain points of the box extend at most one block beyond it.
         close = self._scene.overlapping(low - _EDGE - MARGIN, high + _EDGE + MARGIN)
         self._low, self._high = low, high
-        self._surface = Surface(self._scene.triangles[close]) if close.any() else None
+        self._surface = Surface(self._near(close)) if close.any() else None
         return self._surface
+
+    def _near(self, close: np.ndarray) -> np.ndarray:
+        """Return the flagged triangles; large ones, such as a ground of 2 km, cropped to what was reached."""
+        triangles = self._scene.triangles[close]
+        if (self._scene.high - self._scene.low)[:, close].max() <= LARGE:
+            return triangles
+        return clip_to_box(triangles, self._low - _EDGE - MARGIN, self._high + _EDGE + MARGIN)
 
 
 class _Blocks:

@@ -22,8 +22,9 @@ class SceneView:
     geometry: all triangles, the target's too, characters' not. target: (F, 3, 3) of what the action is about, or None.
     parts: names of the target's objects in `geometry`. start: floor position (3,) and yaw in radians, or None for a
     free place. destination: floor position (3,) and yaw or None. goals: places on the target that the artist has
-    chosen. via: floor positions (3,) that the path passes, in order. after: by seed, the takes that these go on from;
-    `start` counts for nothing then.
+    chosen. via: floor positions (3,) that the path passes, in order. characters: names of objects
+    in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that these
+    go on from; `start` counts for nothing then.
     """
 
     geometry: SceneGeometry
@@ -33,7 +34,13 @@ class SceneView:
     destination: tuple[np.ndarray, float | None] | None = None
     goals: Sequence[Goal] = ()
     via: Sequence[np.ndarray] = ()
+    characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
+
+    @cached_property
+    def explained(self) -> dict[str, Exception]:
+        """Errors of a method that were explained before, by what they are about: explaining takes seconds."""
+        return {}
 
     @cached_property
     def navmesh(self) -> navigation.NavMesh:

@@ -29,7 +29,7 @@ class Take:
     ends, for walks at standing height. waypoints: (N, 3) of the path on the floor, its start first. sub_goals: places
     passed on the way. camera: name of the camera whose picture the take fits. steps: the takes that it was joined
     from; empty for a single action. laid_ground: height of the floor that was assumed in a scene without one, or None.
-    refined: what its refinement changed.
+    refined: what its refinement changed. remarks: sentences for the artist, such as that a destination was moved.
     """
 
     seed: int
@@ -44,6 +44,7 @@ class Take:
     steps: tuple[Take, ...] = ()
     laid_ground: float | None = None
     refined: Refined | None = None
+    remarks: tuple[str, ...] = ()
 
     @property
     def floor(self) -> float:

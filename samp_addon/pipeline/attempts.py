@@ -1,4 +1,4 @@
-"""Takes of one step, tried again where they fail: which attempt is kept."""
+"""Takes of one step, tried again where they fail or show what nobody can do: which attempt is kept."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..clock import Clock
-from ..evaluation import metrics
+from ..evaluation import guards, metrics, support
+from ..evaluation.obstacles import Obstacles
 from ..methods.method import Draw, Method
 from ..methods.scene_view import SceneView
 from ..methods.step import Step
@@ -15,13 +16,17 @@ from ..progress import Progress
 from ..vocabulary import SEATED
 
 ATTEMPTS = 3
-"""A take that fails or ends off its goal is tried again with other noise, which also draws another place."""
+"""A take that fails, ends off its goal or breaks a guarded measure is tried again with other noise, which also draws
+another place."""
 
 MOST_STOOP = 0.09
 """Metres that the pelvis may end lower than in standing on straight legs: some captured people stoop at the end."""
 
 NEXT_ATTEMPT = 1_000_003
 """Added to the seed for the noise of another attempt: far from the seeds that an artist counts through."""
+
+Rank = tuple[bool, int, float]
+"""As of rank_of."""
 
 
 def generate(
@@ -32,6 +37,8 @@ def generate(
     Takes are generated in batches of the method's size; those that failed are tried again together.
     """
     best: dict[int, Take] = {}
+    ranks: dict[int, Rank] = {}
+    obstacles = Obstacles(scene.geometry.triangles)
     reasons: dict[int, str] = {}
     clock, waiting = Clock(), list(seeds)
     for number in range(ATTEMPTS):
@@ -43,14 +50,22 @@ def generate(
             for failure in failures:
                 reasons.setdefault(failure.seed, failure.message)
             for take in takes:
-                if take.seed not in best or error(take) < error(best[take.seed]):
-                    best[take.seed] = replace(take, attempts=number + 1)
-        waiting = [seed for seed in waiting if seed not in best or not arrived(best[seed])]
+                rank = rank_of(take, obstacles)
+                if take.seed not in best or rank < ranks[take.seed]:
+                    best[take.seed], ranks[take.seed] = replace(take, attempts=number + 1), rank
+        waiting = [seed for seed in waiting if seed not in best or ranks[seed][:2] > (False, 0)]
         if not waiting:
             break
     progress("Done", 1.0)
     kept = [replace(best[seed], seconds=dict(clock.seconds)) for seed in seeds if seed in best]
     return kept, [Failure(seed, reasons[seed]) for seed in seeds if seed not in best]
+
+
+def rank_of(take: Take, obstacles: Obstacles) -> Rank:
+    """Return how good a take is, the best one first: whether it missed its goal, the number of guarded measures that
+    it breaks, and how far it ends from its goal, centimetres."""
+    numbers = support.measures(take.motion, take.goal, obstacles, take.floor)
+    return not arrived(take), len(guards.broken(numbers)), error(take)
 
 
 def error(take: Take) -> float:

@@ -14,7 +14,9 @@ from ..body.human import Human
 from ..methods import registry
 from ..methods.method import Method
 from ..methods.scene_view import SceneView
+from ..methods.step import Step
 from ..methods.take import Failure, Take
+from ..motion import Motion
 from ..progress import Progress, SubProgress
 from ..refine import refinement
 from ..refine.refinement import Surroundings
@@ -33,13 +35,14 @@ class Work:
     """A job and all that is known of its scene.
 
     views: the scene as each step sees it. surroundings, body: what its takes are refined against and for; None where
-    they are not refined.
+    they are not refined. pose: one frame in which all takes begin, or None.
     """
 
     job: Job
     views: Sequence[SceneView]
     surroundings: Surroundings | None = None
     body: Human | None = None
+    pose: Motion | None = None
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ def _batch(
         for step, view in zip(work.job.steps, work.views, strict=True)
     ]
     takes, failures = _remembered(
-        store, f"{seeds[0]}-{len(seeds)}", lambda: steps.generate(chosen, seeds, progress)
+        store, f"{seeds[0]}-{len(seeds)}", lambda: _generated(work, chosen, seeds, progress)
     )
     if work.surroundings is None:
         yield takes, failures
@@ -108,6 +111,13 @@ def _batch(
             store, f"{take.seed}-refined", lambda take=take, part=part: _refined(work, take, tools, part)
         )
     progress("Done", 1.0)
+
+
+def _generated(
+    work: Work, chosen: Sequence[tuple[Method, Step, SceneView]], seeds: Sequence[int], progress: Progress
+) -> Made:
+    takes, failures = steps.generate(chosen, seeds, progress)
+    return [take if work.pose is None else steps.from_pose(take, work.pose) for take in takes], failures
 
 
 def _refined(work: Work, take: Take, tools: Toolbox, progress: Progress) -> Made:

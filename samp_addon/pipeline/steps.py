@@ -39,7 +39,8 @@ def generate(
     failures: list[Failure] = []
     for number, (method, step, scene) in enumerate(steps):
         part = SubProgress(progress, number / len(steps), 1 / len(steps))
-        view = replace(scene, after={seed: takes[-1] for seed, takes in done.items() if takes})
+        after = {seed: takes[-1] for seed, takes in done.items() if takes}
+        view = replace(scene, after=after or scene.after)
         takes, failed = attempts.generate(method, step, view, list(done), part)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]
         done = {take.seed: [*done[take.seed], take] for take in takes}
@@ -70,18 +71,19 @@ def joined(takes: Sequence[Take]) -> Take:
         seconds=clock.seconds,
         attempts=max(take.attempts for take in takes),
         steps=tuple(takes),
+        remarks=tuple(
+            f"Step {number}: {remark}"
+            for number, take in enumerate(takes, start=1)
+            for remark in take.remarks
+        ),
     )
 
 
 def _append(first: Motion, second: Motion) -> Motion:
     """Return both motions in a row; the offset of the second at the join fades out."""
-    weight = smoothstep(1 - np.arange(len(second)) / FADE)
     ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
-    root = second.root + weight[:, None] * (ahead - second.root[0])
-    offset = rotation.multiply(first.rotations[-1], rotation.conjugate(second.rotations[0]))
-    still = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), second.rotations.shape)
-    fading = rotation.slerp(still, np.broadcast_to(offset, second.rotations.shape), weight[:, None])
-    rotations = np.concatenate([first.rotations, rotation.multiply(fading, second.rotations)])
+    root, faded = _faded(second, ahead, first.rotations[-1])
+    rotations = np.concatenate([first.rotations, faded])
     both = lambda a, b: None if a is None or b is None else np.concatenate([a, b])
     begun = second.interaction_start
     return replace(
@@ -92,3 +94,24 @@ def _append(first: Motion, second: Motion) -> Motion:
         actions=both(first.actions, second.actions),
         interaction_start=None if begun is None else begun + len(first),
     )
+
+
+def from_pose(take: Take, pose: Motion) -> Take:
+    """Return the take with a pose (one frame, same rest joints) as its beginning, from which it is blended."""
+    motion = take.motion
+    rotations = motion.rotations.copy()
+    count = min(rotations.shape[1], pose.rotations.shape[1])
+    root, rotations[:, :count] = _faded(
+        replace(motion, rotations=motion.rotations[:, :count]), pose.root[0], pose.rotations[0, :count]
+    )
+    return replace(take, motion=replace(motion, root=root, rotations=rotation.continuous(rotations)))
+
+
+def _faded(motion: Motion, root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return root (T, 3) and rotations (T, J, 4) of a motion that begins with this root (3,) and pose (J, 4)."""
+    weight = smoothstep(1 - np.arange(len(motion)) / FADE)
+    moved = motion.root + weight[:, None] * (root - motion.root[0])
+    offset = rotation.multiply(rotations, rotation.conjugate(motion.rotations[0]))
+    still = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), motion.rotations.shape)
+    fading = rotation.slerp(still, np.broadcast_to(offset, motion.rotations.shape), weight[:, None])
+    return moved, rotation.multiply(fading, motion.rotations)

@@ -37,6 +37,15 @@ def collision(distance: torch.Tensor, margin: torch.Tensor | float, frames: int)
     return torch.relu(margin - distance).sum() / frames
 
 
+def pierced(depth: torch.Tensor, frames: int) -> torch.Tensor:
+    """Complement of E_col for thin things: depths (N,) of surface samples in the body, summed over samples.
+
+    E_col looks at vertices in solids; a seat of one sheet passes between them. frames: number of frames that the
+    samples come from.
+    """
+    return torch.relu(depth).sum() / frames
+
+
 def contact(distance: torch.Tensor, near: float, frames: int) -> torch.Tensor:
     """E_cont, equation 6: Geman-McClure error of contact vertices (N,) by which they are farther off than ``near``."""
     square = torch.relu(distance - near).square()

@@ -23,6 +23,7 @@ from .feet.plan import FootPlan
 from .field import Field
 from .hovering import TOUCHING, supported
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
+from .thin_things import ThinThings
 
 STEPS = (40, 80)  # of the two stages
 SAMPLE_EVERY = 10  # steps between two samples of the scene
@@ -40,6 +41,7 @@ MIN_GAIN = 1e-2  # relative gain below which a sample counts as one without gain
 # joints, squared radians, squared metres.
 SCALES = {
     "collision": 5.0,
+    "thin": 2.5,  # samples of surfaces are denser than vertices
     "contact": 0.01,
     "smooth": 0.05,
     "close": 1.0,
@@ -98,8 +100,10 @@ class Optimiser:
         goal: Goal | None,
         resting: np.ndarray,
         sampling: Sampling | None = None,
+        thin: ThinThings | None = None,
     ) -> None:
-        """weights: by the names in SCALES. resting: (T,) 1 in frames that rest on the goal, else 0."""
+        """weights: by the names in SCALES. resting: (T,) 1 in frames that rest on the goal, else 0. thin: surface
+        samples that are kept out of the body, or None."""
         self.sampling = sampling or Sampling()
         self.motion, self.body, self.field, self.weights = motion, body, field, weights
         self.pose = Pose(motion, body)
@@ -133,6 +137,7 @@ class Optimiser:
             none = torch.zeros(len(motion), 3), torch.zeros(len(motion), skeleton.BODY_COUNT, 3)
             self.before, _ = self.pose.joints(*none)
         self.near: NearVertices | None = None
+        self.thin, self.pierced = thin, None
 
     def changes(self) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the shift (T, 3) of the root, metres, and the rotation vectors (T, 22, 3) of the joints."""
@@ -173,7 +178,8 @@ class Optimiser:
         shift, turn = self.changes()
         placed, turned = self.pose.joints(shift, turn)
         near, frames = self.near, len(self.rows)
-        skin = self.skin.at(self.pose.transforms(placed, turned, self.rows), near.row, near.vertex)
+        transforms = self.pose.transforms(placed, turned, self.rows)
+        skin = self.skin.at(transforms, near.row, near.vertex)
         distance = near.distance + ((skin - near.place) * near.gradient).sum(-1)
         parts = {
             "collision": energies.collision(distance, self.margin[near.vertex], frames),
@@ -184,6 +190,9 @@ class Optimiser:
             "limits": energies.joint_limits(self.pose.local @ rotation_matrices(turn), self.limits),
         }
         feet = placed[:, _FEET], self.feet_at, self.standing
+        if self.pierced is not None:
+            depth = self.pierced.depth_at(transforms)
+            parts["thin"] = energies.pierced(depth, frames)
         if stage == 0:
             parts["close"] = parts["close"] + GROUND * energies.on_ground(*feet)
         else:
@@ -198,8 +207,10 @@ class Optimiser:
             shift, turn = (c.numpy().astype(np.float64) for c in self.changes())
         rows = self.rows.numpy()
         moved = changed(self.motion, shift, turn)
-        thin = moved.pose_slice(rows)
-        skin = human.skin(self.body, thin, self.body.collision)
+        sampled = moved.pose_slice(rows)
+        skin = human.skin(self.body, sampled, self.body.collision)
+        if self.thin is not None:
+            self.pierced = self.thin.pierced(sampled)
         if self.near is None:
             self._candidates = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.sampling.near)
         points = skin.reshape(-1, 3)[self._candidates]

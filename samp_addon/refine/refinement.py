@@ -39,8 +39,9 @@ class Settings:
     """Weights of the energies in the two stages (appendix 2).
 
     foot, collision, contact, smooth: of the feet's locations, which the first stage leaves out, and of equations 5 to
-    7. close: of closeness to the input. limits: of the joint limits. goal: of the pelvis on its goal. strength: share
-    of the change that is kept, 0 to 1.
+    7. close: of closeness to the input. limits: of the joint limits. thin: of thin things that pass through the body
+    (thin_things.py), which is off: on real chairs it moves the pelvis too far. goal: of the pelvis on its goal.
+    strength: share of the change that is kept, 0 to 1.
     """
 
     foot: float = 1.0
@@ -49,6 +50,7 @@ class Settings:
     smooth: float = 0.25
     close: float = 1.0
     limits: float = 1.0
+    thin: float = 0.0
     goal: float = 1.0
     strength: float = 1.0
 
@@ -111,7 +113,7 @@ def refine(
     feet = None
     for stage in (0, 1):
         feet = plan_feet(refined, scene, feet)
-        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress)
+        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress, surroundings)
     progress("Feet", 0.9)
     if settings.foot > 0:
         refined = lock_to_plans(refined, feet, scene)
@@ -160,11 +162,16 @@ def _optimise(
     feet: list[FootPlan],
     stage: int,
     progress: Progress,
+    surroundings: Surroundings,
 ) -> Motion:
     """Return the motion after one stage of gradient descent, window by window, each blended into the next."""
     from .optimiser import SCALES, Optimiser  # imports torch
     from .pose import changed
+    from .thin_things import ThinThings
 
+    around = lambda part: ThinThings.around(
+        part, surroundings.triangles, surroundings.give, body, scene.floor
+    )
     weights = {name: value for name, value in asdict(settings).items() if name in SCALES}
     resting = np.zeros(len(motion))
     resting[max(0, len(motion) - 1 - round(RESTING_SECONDS * motion.fps)) :] = goal is not None
@@ -175,6 +182,7 @@ def _optimise(
         optimiser = Optimiser(
             motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
+            thin=around(motion.pose_slice(part)) if settings.thin else None,
         )  # fmt: skip
         report = lambda share, n=number: progress(
             "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))
@@ -229,6 +237,8 @@ def _result(
     measured: bool,
 ) -> Refined:
     """Measure a refined motion and its input."""
+    from .thin_things import ThinThings  # imports torch
+
     floor = NO_FLOOR if scene.floor is None else scene.floor
     numbers = [
         metrics.measure(one, goal, surroundings.obstacles, floor, body) if measured else {}
@@ -236,6 +246,9 @@ def _result(
     ]
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)
     left = float(max(-scene.at(skin)[0].min(), 0.0))
+    thin = ThinThings.around(refined, surroundings.triangles, surroundings.give, body, scene.floor)
+    if thin is not None:
+        left = max(left, thin.deepest(refined.pose_slice(slice(None, None, 2))))
     notes = ()
     if left > UNSOLVED:
         notes = (

@@ -1,4 +1,4 @@
-"""A guess at which bone of an unknown humanoid is which joint, by words in bone names and by the hierarchy.
+"""A guess at which bone of an unknown humanoid is which joint: by words in bone names, else by hierarchy and place.
 
 The artist corrects it in the bone table.
 """
@@ -11,6 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from . import maps
+from .unknown.by_place import by_place
+from .unknown.tree import Tree, spine_joints
 
 # Words in the names of each part, the most certain first; each is a run of letters without gaps.
 WORDS = {
@@ -44,10 +46,20 @@ _LIMBS = (("hip", "knee", "ankle", "foot"), ("collar", "shoulder", "elbow", "wri
 def guess(names: Sequence[str], parents: Sequence[int], heads: np.ndarray) -> dict[str, str]:
     """Return joint -> bone name, without the joints for which there is no guess.
 
-    names, parents: (B,) of the bones; heads: (B, 3). A gap in a limb is filled by the bone that lies in it.
+    names, parents: (B,) of the bones; heads: (B, 3). A gap in a limb is filled by the bone that lies in it. Where the
+    names leave out an essential joint, hierarchy and place decide.
     """
+    tree = Tree(parents)
+    chosen = _by_name(names, tree)
+    if any(joint not in chosen for joint in maps.ESSENTIAL):
+        placed = by_place(np.asarray(heads, dtype=np.float64), tree)
+        chosen = placed if len(placed) > len(chosen) else chosen
+    return {joint: names[chosen[joint]] for joint in maps.JOINTS if joint in chosen}
+
+
+def _by_name(names: Sequence[str], tree: Tree) -> dict[str, int]:
+    """Return joint -> bone by the words in the names."""
     words = [_words(name) for name in names]
-    tree = _Tree(parents)
     sides = _sides(words, tree)
     chosen: dict[str, int] = {}
     for side in ("left", "right"):
@@ -56,28 +68,7 @@ def guess(names: Sequence[str], parents: Sequence[int], heads: np.ndarray) -> di
             chosen |= {f"{side}_{part}": bone for part, bone in _limb(limb, free, words, tree).items()}
         chosen |= _fingers(side, free, words, tree, chosen.get(f"{side}_wrist"))
     middle = [bone for bone in range(len(names)) if sides[bone] is None and not _is_helper(words[bone])]
-    chosen |= _trunk(middle, words, tree, chosen)
-    return {joint: names[chosen[joint]] for joint in maps.JOINTS if joint in chosen}
-
-
-class _Tree:
-    """The hierarchy of the bones. depth: (B,) number of bones above each."""
-
-    def __init__(self, parents: Sequence[int]) -> None:
-        self.parents = [int(parent) for parent in parents]
-        self.depth = [len(self.above(bone)) for bone in range(len(self.parents))]
-
-    def above(self, bone: int) -> list[int]:
-        """Return all bones above a bone, the nearest first."""
-        result = []
-        while (bone := self.parents[bone]) >= 0:
-            result.append(bone)
-        return result
-
-    def between(self, upper: int, lower: int) -> list[int]:
-        """Return the bones between two, from above; none where ``lower`` is not below ``upper``."""
-        path = self.above(lower)
-        return path[: path.index(upper)][::-1] if upper in path else []
+    return chosen | _trunk(middle, words, tree, chosen)
 
 
 def _words(name: str) -> list[str]:
@@ -87,7 +78,7 @@ def _words(name: str) -> list[str]:
     return [word.lower() for word in re.findall(r"[A-Za-z]+|\d+", stem)]
 
 
-def _sides(words: list[list[str]], tree: _Tree) -> list[str | None]:
+def _sides(words: list[list[str]], tree: Tree) -> list[str | None]:
     """Return the side of each bone (B,), by its own name or else by that of its parent."""
     result: list[str | None] = [None] * len(words)
     for bone in sorted(range(len(words)), key=lambda bone: tree.depth[bone]):
@@ -117,7 +108,7 @@ def _score(words: list[str], part: str) -> float:
     return 0.0
 
 
-def _limb(parts: Sequence[str], free: Sequence[int], words: list[list[str]], tree: _Tree) -> dict[str, int]:
+def _limb(parts: Sequence[str], free: Sequence[int], words: list[list[str]], tree: Tree) -> dict[str, int]:
     """Return part -> bone for the descending sequence of bones whose names fit the parts of a limb best."""
     best: dict[int, list[tuple[float, dict[str, int]]]] = {}
     order = sorted(free, key=lambda bone: tree.depth[bone])
@@ -138,7 +129,7 @@ def _limb(parts: Sequence[str], free: Sequence[int], words: list[list[str]], tre
     return _fill_gaps(parts, dict(result[1]), tree)
 
 
-def _fill_gaps(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict[str, int]:
+def _fill_gaps(parts: Sequence[str], found: dict[str, int], tree: Tree) -> dict[str, int]:
     """Set a part that is missing between two others to the only bone between them.
 
     A collar directly above an elbow is the upper arm, whatever its name.
@@ -156,7 +147,7 @@ def _fill_gaps(parts: Sequence[str], found: dict[str, int], tree: _Tree) -> dict
 
 
 def _fingers(
-    side: str, free: Sequence[int], words: list[list[str]], tree: _Tree, wrist: int | None
+    side: str, free: Sequence[int], words: list[list[str]], tree: Tree, wrist: int | None
 ) -> dict[str, int]:
     """Return joint -> bone for the first three bones of each finger of a hand."""
     result: dict[str, int] = {}
@@ -173,7 +164,7 @@ def _fingers(
 
 
 def _trunk(
-    middle: Sequence[int], words: list[list[str]], tree: _Tree, limbs: dict[str, int]
+    middle: Sequence[int], words: list[list[str]], tree: Tree, limbs: dict[str, int]
 ) -> dict[str, int]:
     """Return joint -> bone for pelvis, spine, neck and head.
 
@@ -198,12 +189,12 @@ def _trunk(
         chosen["head"] = head
     top = neck if neck is not None else head
     spine = tree.between(pelvis, top) if top is not None else _named(above, words, "spine", tree)
-    for joint, bone in zip(_spine_joints(len(spine)), _ends_and_middle(spine), strict=True):
+    for joint, bone in zip(*spine_joints(spine), strict=True):
         chosen[joint] = bone
     return chosen
 
 
-def _common_parent(tree: _Tree, bones: Sequence[int]) -> int | None:
+def _common_parent(tree: Tree, bones: Sequence[int]) -> int | None:
     """Return the nearest bone that is above all of these, or None."""
     others = [set(tree.above(bone)) for bone in bones[1:]]
     return next((bone for bone in tree.above(bones[0]) if all(bone in above for above in others)), None)
@@ -216,18 +207,8 @@ def _best(bones: Sequence[int], words: list[list[str]], part: str) -> int | None
     return best[1] if best[0] > 0 else None
 
 
-def _named(bones: Sequence[int], words: list[list[str]], part: str, tree: _Tree) -> list[int]:
+def _named(bones: Sequence[int], words: list[list[str]], part: str, tree: Tree) -> list[int]:
     """Return the bones whose names fit a part, from above."""
     return sorted(
         (bone for bone in bones if _score(words[bone], part) > 0), key=lambda bone: tree.depth[bone]
     )
-
-
-def _spine_joints(count: int) -> tuple[str, ...]:
-    """Return the joints of a spine of some bones."""
-    return {0: (), 1: ("spine3",), 2: ("spine1", "spine3")}.get(count, ("spine1", "spine2", "spine3"))
-
-
-def _ends_and_middle(spine: list[int]) -> list[int]:
-    """Return at most three of the bones: both ends and the middle."""
-    return spine if len(spine) <= 2 else [spine[0], spine[len(spine) // 2], spine[-1]]

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 from .. import skeleton
+from .kinds.name_map import FINGERS, HANDS, JOINTS, NameMap, middle_of, sides_of
+from .kinds.published import PUBLISHED
 
-FINGERS = ("index", "middle", "pinky", "ring", "thumb")
-HANDS = tuple(f"{side}_{finger}{k}" for side in ("left", "right") for finger in FINGERS for k in (1, 2, 3))
-JOINTS = skeleton.BODY_JOINTS + HANDS
-"""The joints that are retargeted, in the order of a bone table: the body, then the fingers."""
+__all__ = ["FINGERS", "HANDS", "JOINTS"]
 
 ESSENTIAL = ("pelvis",) + tuple(
     f"{side}_{joint}" for joint in ("hip", "knee", "ankle", "shoulder", "elbow") for side in ("left", "right")
@@ -20,29 +17,6 @@ ESSENTIAL = ("pelvis",) + tuple(
 
 MIN_MATCH = 0.7
 """Share of the body bones of a known rig that an armature must have to be recognised as one."""
-
-
-@dataclass(frozen=True)
-class NameMap:
-    """A known rig. bones: joint -> possible names of its bone, the likeliest first. prefix: pattern of a prefix of all
-    names."""
-
-    name: str
-    bones: Mapping[str, tuple[str, ...]]
-    prefix: str = ""
-
-    def found(self, names: Iterable[str]) -> dict[str, str]:
-        """Return joint -> bone name for an armature with bones of these names."""
-        present: dict[str, str] = {}
-        for name in names:
-            stem = re.sub(f"^(?:{self.prefix})", "", name) if self.prefix else name
-            present.setdefault(stem, name)
-        chosen = {}
-        for joint, options in self.bones.items():
-            bone = next((present[option] for option in options if option in present), None)
-            if bone is not None:
-                chosen[joint] = bone
-        return chosen
 
 
 def recognise(names: Iterable[str]) -> tuple[NameMap, dict[str, str]] | None:
@@ -59,33 +33,11 @@ def recognise(names: Iterable[str]) -> tuple[NameMap, dict[str, str]] | None:
     return None if best is None else best[1:]
 
 
-def _sides(body: Mapping[str, str], fingers: str, named: Mapping[str, str], sides: tuple[str, str]) -> dict:
-    """Return joint -> possible bone names of both sides.
-
-    In the names {s} is the side; in fingers {f} is the finger, {k} its joint and {k0} the joint with two digits. named:
-    finger -> the rig's name for it, where it is not that of SMPL-X.
-    """
-    result = {}
-    for side, mark in zip(("left", "right"), sides, strict=True):
-        for joint, names in body.items():
-            result[f"{side}_{joint}"] = tuple(name.format(s=mark) for name in names.split())
-        for finger in FINGERS:
-            for k in (1, 2, 3):
-                name = fingers.format(s=mark, f=named.get(finger, finger), k=k, k0=f"{k:02d}")
-                result[f"{side}_{finger}{k}"] = (name,)
-    return result
-
-
-def _middle(**bones: str) -> dict[str, tuple[str, ...]]:
-    """Return joint -> possible bone names of the trunk."""
-    return {joint: tuple(names.split()) for joint, names in bones.items()}
-
-
 _SMPLX = NameMap("SMPL-X", {joint: (joint,) for joint in JOINTS})
 _MIXAMO = NameMap(
     "Mixamo",
-    _middle(pelvis="Hips", spine1="Spine", spine2="Spine1", spine3="Spine2", neck="Neck", head="Head")
-    | _sides(
+    middle_of(pelvis="Hips", spine1="Spine", spine2="Spine1", spine3="Spine2", neck="Neck", head="Head")
+    | sides_of(
         {
             "hip": "{s}UpLeg",
             "knee": "{s}Leg",
@@ -102,7 +54,7 @@ _MIXAMO = NameMap(
     ),
     prefix=r"mixamorig\d*[:_]?",
 )
-_UNREAL_SIDES = _sides(
+_UNREAL_SIDES = sides_of(
     {
         "hip": "thigh_{s}",
         "knee": "calf_{s}",
@@ -119,14 +71,14 @@ _UNREAL_SIDES = _sides(
 )
 _UNREAL_5 = NameMap(
     "Unreal 5 mannequin",
-    _middle(
+    middle_of(
         pelvis="pelvis", spine1="spine_01", spine2="spine_03", spine3="spine_05", neck="neck_01", head="head"
     )
     | _UNREAL_SIDES,
 )
 _UNREAL_4 = NameMap(
     "Unreal 4 mannequin",
-    _middle(
+    middle_of(
         pelvis="pelvis", spine1="spine_01", spine2="spine_02", spine3="spine_03", neck="neck_01", head="head"
     )
     | _UNREAL_SIDES,
@@ -135,8 +87,8 @@ _RIGIFY_FINGERS = {finger: f"f_{finger}" for finger in FINGERS if finger != "thu
 # The torso control moves pelvis and lower back as one; the upper spine bends relative to it.
 _RIGIFY_CONTROLS = NameMap(
     "Rigify controls",
-    _middle(pelvis="torso", spine1="spine_fk.002", spine3="spine_fk.003", neck="neck", head="head")
-    | _sides(
+    middle_of(pelvis="torso", spine1="spine_fk.002", spine3="spine_fk.003", neck="neck", head="head")
+    | sides_of(
         {
             "hip": "thigh_fk.{s}",
             "knee": "shin_fk.{s}",
@@ -155,10 +107,10 @@ _RIGIFY_CONTROLS = NameMap(
 # A metarig, or the deform bones alone, as exported to game engines.
 _RIGIFY_BONES = NameMap(
     "Rigify bones",
-    _middle(
+    middle_of(
         pelvis="spine", spine1="spine.001", spine2="spine.002", spine3="spine.003", neck="spine.004", head="spine.006"
     )
-    | _sides(
+    | sides_of(
         {
             "hip": "thigh.{s}",
             "knee": "shin.{s}",
@@ -176,7 +128,7 @@ _RIGIFY_BONES = NameMap(
     prefix="DEF-",
 )  # fmt: skip
 
-KNOWN = (_SMPLX, _MIXAMO, _UNREAL_5, _UNREAL_4, _RIGIFY_CONTROLS, _RIGIFY_BONES)
+KNOWN = (_SMPLX, _MIXAMO, _UNREAL_5, _UNREAL_4, _RIGIFY_CONTROLS, _RIGIFY_BONES, *PUBLISHED)
 """All known rigs; of two that fit equally well the first one is taken."""
 
 FOLLOWS = {"IK_FK": 1.0, "FK_limb_follow": 0.0, "neck_follow": 1.0, "head_follow": 1.0}

@@ -12,6 +12,9 @@ import numpy as np
 
 from ..errors import SampError
 
+LARGEST_MAP = 1e8
+"""Metres. Objects within this are at map coordinates; stray vertices are farther away."""
+
 MINIMUM_AREA = 1e-10
 """Square metres. An object with less area has no usable surface."""
 
@@ -62,14 +65,21 @@ class SceneGeometry:
 
     def triangles_of(self, names: Iterable[str]) -> np.ndarray:
         """Return the triangles (F', 3, 3) of the named objects."""
-        return self.triangles[self._is_one_of(names)]
+        return self.triangles[self.is_one_of(names)]
 
     def without(self, names: Iterable[str]) -> SceneGeometry:
         """Return the scene without the named objects; the ids of the others are unchanged."""
-        keep = ~self._is_one_of(names)
+        keep = ~self.is_one_of(names)
         return SceneGeometry(self.triangles[keep], self.object_ids[keep], self.names)
 
-    def _is_one_of(self, names: Iterable[str]) -> np.ndarray:
+    def renamed(self, triangles: np.ndarray, name: str) -> SceneGeometry:
+        """Return the scene with some triangles, given by their indices, as an object of its own."""
+        ids = self.object_ids.copy()
+        ids[triangles] = len(self.names)
+        return SceneGeometry(self.triangles, ids, (*self.names, name))
+
+    def is_one_of(self, names: Iterable[str]) -> np.ndarray:
+        """Return which triangles (F,) are of the named objects."""
         wanted = set(names)
         flags = np.array([name in wanted for name in self.names], dtype=bool)
         return flags[self.object_ids] if len(self.names) else np.zeros(len(self), dtype=bool)
@@ -78,7 +88,13 @@ class SceneGeometry:
 def require_finite(triangles: np.ndarray, name: str) -> None:
     """Raise SampError that names the object if a coordinate is NaN, infinite or beyond LARGEST_COORDINATE."""
     # NaN compares false. Blender stores infinite coordinates as the largest float32.
-    if len(triangles) and not (np.abs(triangles).max() < LARGEST_COORDINATE):
+    farthest = np.abs(triangles).max() if len(triangles) else 0.0
+    if not farthest < LARGEST_COORDINATE:
+        if farthest < LARGEST_MAP and (np.abs(triangles) > LARGEST_COORDINATE).any(axis=(1, 2)).all():
+            raise SampError(
+                f"'{name}' is {farthest / 1000:.0f} km from the origin, where Blender's coordinates are too coarse "
+                "for a body; move the scene to the origin."
+            )
         raise SampError(
             f"'{name}' has vertices whose coordinates are not numbers, or are far too large; delete them."
         )

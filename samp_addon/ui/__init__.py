@@ -29,7 +29,7 @@ def unregister() -> None:
 
 def _classes() -> list[type]:
     """Return all classes but the settings; panels in the order of the sidebar."""
-    from . import lists, menu, panel
+    from . import lists, menu, panel, takes
 
-    panels = (*panel.CLASSES, *lists.CLASSES, *panel.LATER, *lists.LATER, *panel.LAST)
+    panels = (*panel.CLASSES, *takes.CLASSES, *panel.LATER, *lists.CLASSES, *panel.LAST)
     return [*menu.CLASSES, *panels]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..blender.scene import candidates
 from ..errors import SampError
 from ..methods import registry
 from ..vocabulary import SEATED
@@ -14,7 +15,6 @@ from . import method_options
 if TYPE_CHECKING:
     from ..pipeline.job import Job
 
-NO_FURNITURE = frozenset({"ARMATURE", "CAMERA", "LIGHT", "SPEAKER"})
 BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
 
 
@@ -28,8 +28,11 @@ def why_not(context: bpy.types.Context) -> str:
     settings = context.scene.samp
     if not registry.find(settings.method).actions:
         return ""
-    if settings.action in SEATED and settings.target is None and not _has_furniture_selected(context):
-        return f"Select the furniture to {settings.action} on, or choose a target"
+    if settings.action in SEATED and settings.target is None and not candidates.selected(context):
+        reason = candidates.why_none(context)
+        known = "" if reason.startswith("No furniture") else f"{reason}; "
+        text = f"{known}select the furniture to {settings.action} on, or choose a target"
+        return text[:1].upper() + text[1:]
     return ""
 
 
@@ -87,13 +90,3 @@ def common(settings: bpy.types.PropertyGroup) -> dict:
 def character_name(settings: bpy.types.PropertyGroup) -> str:
     """Return the name of the character in the settings, or an empty string."""
     return settings.character.name if settings.character else ""
-
-
-def is_furniture(obj: bpy.types.Object) -> bool:
-    """Return whether an object can be a target: not a character, camera, light or speaker."""
-    return obj.type not in NO_FURNITURE and obj.find_armature() is None
-
-
-def _has_furniture_selected(context: bpy.types.Context) -> bool:
-    active = context.view_layer.objects.active
-    return (active is not None and is_furniture(active)) or any(map(is_furniture, context.selected_objects))

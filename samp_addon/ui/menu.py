@@ -6,7 +6,7 @@ import bpy
 
 ENTRIES = (
     ("sit_here", "lie_here", "walk_here"),
-    ("sample_goals", "plan_path", "build_navmesh", "add_waypoint"),
+    ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "set_start"),
     ("refine", "set_cushion", "measure"),
     ("create_character", "bake", "export_take", "carry_to_rig"),
 )
@@ -24,7 +24,10 @@ class SAMP_MT_menu(bpy.types.Menu):
             if number:
                 self.layout.separator()
             for name in names:
-                self.layout.operator(f"samp.{name}")
+                if name == "export_take":
+                    self.layout.operator_menu_enum("samp.export_take", "kind")
+                else:
+                    self.layout.operator(f"samp.{name}")
 
 
 def _entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import bpy
 
-from ..blender import running_work
+from ..blender.scene import candidates
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import job_from_settings, method_options
+from . import buttons, job_from_settings, method_options
 from .settings import SHAPES
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
 GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
 CUSHION = '["samp_cushion"]'
+ACTION_OPERATORS = ("sit_here", "lie_here", "walk_here")
 
 
 class InSidebar:
@@ -56,13 +57,10 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         if "target" in method.needs:
             column.prop(settings, "target", text="", placeholder=_placeholder(context, settings))
         method_options.draw(layout, settings, method)
-        work = running_work.current()
-        if work is None:
-            row = layout.row()
-            row.scale_y = 1.6
-            row.operator("samp.generate", text=job_from_settings.button_label(settings), icon="PLAY")
-        else:
-            _draw_progress(layout, work.label, work.stage, work.share)
+        row = layout.row(align=True)
+        row.scale_y = 1.6
+        buttons.draw(row, "generate", job_from_settings.button_label(settings), "PLAY", also=ACTION_OPERATORS)
+        row.prop(settings, "start_from", text="", icon_only=True)
 
 
 class SAMP_PT_shape(InPanel, bpy.types.Panel):
@@ -118,6 +116,7 @@ class SAMP_PT_places(InPanel, bpy.types.Panel):
         column.operator("samp.voxelise")
         column = layout.column(align=True)
         column.operator("samp.add_waypoint", icon="ADD")
+        column.operator("samp.set_start", icon="EMPTY_SINGLE_ARROW")
         for name, what, noun in ((GOALS, "GOALS", "goals"), (WAYPOINTS, "WAYPOINTS", "way-points")):
             count = _count(name)
             if count:
@@ -137,7 +136,7 @@ class SAMP_PT_refine(InPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         options, layout = refine_options(context), self.layout
         column = layout.column(align=True)
-        column.operator("samp.refine", icon="MOD_SMOOTH")
+        buttons.draw(column, "refine", icon="MOD_SMOOTH")
         column.prop(options, "strength", slider=True)
         layout.prop(options, "use_range")
         if options.use_range:
@@ -174,14 +173,7 @@ class SAMP_PT_export(InPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
         column.operator("samp.bake", icon="IMPORT")
-        for kind, text in (
-            ("NPZ", "AMASS .npz"),
-            ("FBX", "FBX"),
-            ("GLTF", "glTF"),
-            ("USD", "USD"),
-            ("BVH", "BVH"),
-        ):
-            column.operator("samp.export_take", text=f"Export {text}", icon="EXPORT").kind = kind
+        column.operator_menu_enum("samp.export_take", "kind", icon="EXPORT")
         self.layout.operator("samp.measure", icon="TEXT")
 
 
@@ -190,18 +182,12 @@ def refine_options(context: bpy.types.Context) -> bpy.types.OperatorProperties:
     return context.window_manager.operator_properties_last("samp.refine")
 
 
-def _draw_progress(layout: bpy.types.UILayout, name: str, stage: str, share: float) -> None:
-    column = layout.column(align=True)
-    column.progress(factor=share, text=f"{name}: {stage}")
-    column.operator("samp.stop", icon="CANCEL")
-
-
 def _placeholder(context: bpy.types.Context, settings: bpy.types.PropertyGroup) -> str:
     """Return the placeholder of an empty target."""
     if settings.action not in SEATED:
         return "3D Cursor"
     active = context.view_layer.objects.active
-    return active.name if active is not None and job_from_settings.is_furniture(active) else "Target"
+    return active.name if active is not None and candidates.is_furniture(active) else "Target"
 
 
 def _count(collection: str) -> int:

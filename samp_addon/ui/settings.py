@@ -13,6 +13,7 @@ from bpy.props import (
     PointerProperty,
 )
 
+from ..blender.scene import candidates
 from . import job_from_settings, method_options
 
 ACTIONS = (
@@ -33,7 +34,7 @@ def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> b
 
 
 def _is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    return obj.type not in job_from_settings.NO_FURNITURE
+    return candidates.is_furniture(obj)
 
 
 def _owner(settings: bpy.types.PropertyGroup) -> bpy.types.Object | None:
@@ -127,14 +128,37 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     speed: FloatProperty(
         name="Speed", description="Speed relative to captured motion", default=1.0, min=0.5, max=2.0, step=5
     )
+    start_from: EnumProperty(
+        name="Start",
+        description="Where the next take starts",
+        items=(
+            (
+                "MARKER",
+                "Start at Marker",
+                "Start at the character's start marker, standing",
+                "EMPTY_SINGLE_ARROW",
+                0,
+            ),
+            (
+                "POSE",
+                "Continue From Here",
+                "Continue from the current pose at the current frame",
+                "FORWARD",
+                1,
+            ),
+        ),
+    )
     refine: BoolProperty(
         name="Refine",
         description="Correct contact, penetration and foot slide of each take; this takes longer",
     )
     fit_range: BoolProperty(
         name="Fit Frame Range",
-        description="Extend the scene's frame range to the end of a longer take",
+        description="Set the end of the scene's frame range to the end of the new take",
         default=True,
+    )
+    only_character: BoolProperty(
+        name="Only This Character", description="List only the takes of the chosen character", default=True
     )
     take_index: IntProperty(
         name="Take",

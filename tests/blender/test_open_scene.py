@@ -88,3 +88,31 @@ def test_invalid_files_raise_one_sentence(tmp_path, name, content, words):
     with pytest.raises(SampError) as error:
         open_scene.open_scene(tmp_path / name)
     assert words in str(error.value) and name in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("units", "up"), [("cm", None), ("m", "Z"), ("mm", "Z")])
+def test_units_and_up_axis_of_imported_files(tmp_path, units, up):
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(0.4, 1.2, 0.7))
+    bpy.context.object.scale = (1, 2, 3)
+    bpy.context.view_layer.update()
+    upright = read_scene.read_scene(bpy.context).triangles
+    path = str(tmp_path / "room.obj")
+    axes = {"up_axis": "Z", "forward_axis": "Y"} if up == "Z" else {}
+    bpy.ops.wm.obj_export(
+        filepath=path, export_materials=False, global_scale=1 / open_scene.METRES[units], **axes
+    )
+    context = open_scene.open_for_job(tmp_path / "room.obj", units, up)
+    found = read_scene.read_scene(context).triangles
+    np.testing.assert_allclose(found.min((0, 1)), upright.min((0, 1)), atol=1e-4)
+    np.testing.assert_allclose(found.max((0, 1)), upright.max((0, 1)), atol=1e-4)
+
+
+@pytest.mark.parametrize("mode", ["EDIT", "SCULPT", "WEIGHT_PAINT"])
+def test_files_saved_in_a_mode_are_opened_in_object_mode(tmp_path, mode):
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.object.mode_set(mode=mode)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "room.blend"))
+    context = open_scene.open_for_job(tmp_path / "room.blend")
+    assert context.mode == "OBJECT" and len(read_scene.read_scene(context)) == 12

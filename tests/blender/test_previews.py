@@ -8,7 +8,7 @@ import pytest
 import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.character import character
-from samp_blender.samp_addon.blender.overlays import drawing, previews
+from samp_blender.samp_addon.blender.overlays import drawing, previews, start_marker, waypoints
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.errors import PathError, SampError
 from samp_blender.samp_addon.scene.navmesh.navmesh import Agent
@@ -117,6 +117,19 @@ def test_path_from_the_character_to_the_front_of_the_sofa():
     end = inside(points)[-1] - [1.5, 0, 1.0]
     assert 0.4 < np.hypot(end[0], end[2]) < 1.3
     assert end @ frames.yaw_direction(2.0) > 0.4
+
+
+def test_path_passes_the_way_points_and_begins_at_the_start_marker():
+    owner = character.create_character(bpy.context, {}, (-3.0, -3.0, 0.0))
+    marker = start_marker.show(bpy.context, owner)
+    marker.location.x += 0.5
+    there = (-3.0, 2.5, 0.0)
+    waypoints.add(bpy.context, there)
+    line, path = previews.plan_path(bpy.context, "Sofa")
+    begin = frames.to_network(np.array(marker.matrix_world.translation))
+    assert np.abs((path.waypoints[0] - begin)[[0, 2]]).max() < 0.05
+    assert np.abs(path.waypoints - frames.to_network(np.array(there))).max(1).min() < 0.05
+    assert len(shown(line)) == len(path.waypoints)
 
 
 def test_path_to_a_point():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
+from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.errors import SampError
 
@@ -92,11 +93,48 @@ def hidden_inside_a_collection_instance():
     instance.instance_type, instance.instance_collection = "COLLECTION", library
 
 
+def collision_hull():
+    add("UCX_X")
+
+
+def fog():
+    material = bpy.data.materials.new("Fog")
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    volume = nodes.new("ShaderNodeVolumePrincipled")
+    links.new(volume.outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
+    add("X").data.materials.append(material)
+
+
+@pytest.mark.parametrize("arrange", [hide_by_eye, hide_in_viewport])
+def test_what_only_the_viewport_hides_is_read(arrange):
+    arrange()
+    bpy.data.objects["X"].location = (4, 0, 0)
+    assert read_scene.read_scene(bpy.context).names == ("X",)
+    np.testing.assert_allclose(middle(read_scene.read_scene(bpy.context).triangles), (4, 0, 0), atol=1e-6)
+
+
+def test_members_of_collection_instances_have_names_of_their_own():
+    library = new_collection("Library", linked=False)
+    add("Sofa", collection=library)
+    add("Cushion", collection=library).parent = bpy.data.objects["Sofa"]
+    add("Table", collection=library, location=(3, 0, 0))
+    instance = add("Set", data="empty", location=(0, 7, 0))
+    instance.instance_type, instance.instance_collection = "COLLECTION", library
+    bpy.context.view_layer.update()
+    assert set(read_scene.read_scene(bpy.context).names) == {"Set/Sofa", "Set/Cushion", "Set/Table"}
+    for name in ("Set/Sofa", "Sofa"):
+        found = read_scene.read_target(bpy.context, name)
+        assert found.name == "Set/Sofa" and set(found.parts) == {"Set/Sofa", "Set/Cushion"}
+    with pytest.raises(SampError, match="Set/Sofa"):
+        read_scene.read_target(bpy.context, "Set/Sofaa")
+
+
 @pytest.mark.parametrize(
     "arrange",
     [
-        hide_by_eye,
-        hide_in_viewport,
+        collision_hull,
+        fog,
         hide_in_render,
         hide_collection_in_render,
         hide_collection_around_a_collection,
@@ -136,7 +174,7 @@ def by_collection_instance():
     add("Other", collection=library, location=(1, 0, 0))
     instance = add("X", data="empty", scale=(2, 1, 1))
     instance.instance_type, instance.instance_collection = "COLLECTION", library
-    return "X", 24, (4, 1, 1)
+    return ("X/Part", "X/Other"), 24, (4, 1, 1)
 
 
 def by_nested_collection_instance():
@@ -146,7 +184,7 @@ def by_nested_collection_instance():
     inner.instance_type, inner.instance_collection = "COLLECTION", library
     outer = add("X", data="empty")
     outer.instance_type, outer.instance_collection = "COLLECTION", shelf
-    return "X", 12, (1, 1, 1)
+    return ("X/Part",), 12, (1, 1, 1)
 
 
 def by_vertex_instancing():
@@ -192,9 +230,10 @@ def test_visible_objects_are_read_as_evaluated(arrange):
     name, count, size = arrange()
     bpy.context.view_layer.update()
     scene = read_scene.read_scene(bpy.context)
-    assert set(scene.names) <= {name, "Part"} and len(scene.triangles_of([name])) == count
+    names = (name,) if isinstance(name, str) else name
+    assert set(scene.names) <= {*names, "Part"} and len(scene.triangles_of(names)) == count
     if size:
-        np.testing.assert_allclose(extent(scene.triangles_of([name])), size, atol=1e-5)
+        np.testing.assert_allclose(extent(scene.triangles_of(names)), size, atol=1e-5)
 
 
 def test_mirrored_objects_keep_outward_normals():
@@ -237,6 +276,7 @@ def a_part_of_what_it_shows():
 def the_collection_that_it_shows():
     a_part_of_what_it_shows()
     del bpy.data.objects["Seat"][read_scene.CUSHION_KEY]
+    bpy.data.objects.remove(bpy.data.objects["Legs"])
     soft(bpy.data.collections["Library"])
 
 
@@ -266,7 +306,8 @@ def test_cushion_depth(arrange, depth):
     bpy.context.view_layer.update()
     scene = read_scene.read_scene(bpy.context)
     give = read_scene.cushion_depths(bpy.context, scene.names)[scene.object_ids]
-    of_sofa = scene.object_ids == scene.names.index("Sofa")
+    soft_one = next(name for name in ("Sofa", "Sofa/Seat") if name in scene.names)
+    of_sofa = scene.object_ids == scene.names.index(soft_one)
     np.testing.assert_allclose(give, np.where(of_sofa, depth, 0.0))
 
 
@@ -406,3 +447,14 @@ def test_a_million_triangles():
         modifier = obj.modifiers.new(name, "SUBSURF")
         modifier.levels, modifier.subdivision_type = levels, "SIMPLE"
     assert len(read_scene.read_target(bpy.context, "Sofa").triangles) > 1_000_000
+
+
+def test_the_part_of_a_mesh_with_a_material():
+    whole = add("Room")
+    for name in ("Wall", "Sofa"):
+        whole.data.materials.append(bpy.data.materials.new(name))
+    face = whole.data.polygons[2]
+    face.material_index = 1
+    found = read_scene.read_target(bpy.context, "Room/Sofa")
+    assert found.name == "Room" and len(found.triangles) == 12
+    np.testing.assert_allclose(frames.to_blender(found.hint), face.center, atol=1e-6)

@@ -8,13 +8,14 @@ import bpy
 import pytest
 import samp_blender
 from samp_blender.operators.refine import SAMP_OT_refine
+from samp_blender.operators.show_take import SAMP_OT_show_take
 from samp_blender.samp_addon.blender import running_work
 from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
-from samp_blender.samp_addon.blender.takes import export
-from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel
+from samp_blender.samp_addon.blender.takes import export, judgement, take_list
+from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel, takes
 from samp_blender.tests.support.blender import rigs
 
 
@@ -46,11 +47,16 @@ class Layout:
     def nested(self, **_):
         return self
 
-    row = column = nested
+    row = column = split = nested
 
     def operator(self, name, text="", **_):
         self.drawn.append(f"{name} {text}".strip())
         return _Options(getattr(bpy.ops.samp, name.split(".")[1]).get_rna_type().properties)
+
+    def operator_menu_enum(self, name, choice, **_):
+        options = getattr(bpy.ops.samp, name.split(".")[1]).get_rna_type().properties
+        assert choice in options
+        self.drawn.append(name)
 
     def prop(self, data, name, **_):
         assert name in data.bl_rna.properties or name.startswith("[")
@@ -89,7 +95,8 @@ def drawn(kind):
     return layout.drawn
 
 
-ALL = (*panel.CLASSES, *panel.LATER, *panel.LAST, lists.SAMP_PT_takes, *lists.LATER, menu.SAMP_MT_menu)
+PANELS = (*panel.CLASSES, *panel.LATER, *panel.LAST, *takes.CLASSES, *lists.CLASSES, menu.SAMP_MT_menu)
+ALL = tuple(kind for kind in PANELS if not issubclass(kind, bpy.types.UIList))
 
 
 @pytest.mark.parametrize(
@@ -114,13 +121,22 @@ def test_button_is_disabled_with_a_reason_without_a_seat():
     assert bpy.ops.samp.generate.poll()
 
 
-def test_progress_and_cancel_button_while_work_is_running(monkeypatch):
-    work = RunningWork("Generate Takes", "Moving", 0.25)
-    monkeypatch.setattr(running_work, "current", lambda: work)
-    shown = drawn(panel.SAMP_PT_panel)
-    assert (
-        shown[-2:] == ["Generate Takes: Moving 0.25", "samp.stop"] and "samp.generate Sit Here" not in shown
-    )
+@pytest.mark.parametrize(
+    ("operator", "kind", "button"),
+    [
+        ("generate", panel.SAMP_PT_panel, "samp.generate Sit Here"),
+        ("lie_here", panel.SAMP_PT_panel, "samp.generate Sit Here"),
+        ("refine", panel.SAMP_PT_refine, "samp.refine"),
+        ("bake_chain", lists.SAMP_PT_chain, "samp.bake_chain"),
+    ],
+)
+def test_progress_stands_in_the_place_of_the_button(monkeypatch, operator, kind, button):
+    monkeypatch.setattr(running_work, "current", lambda: RunningWork("Pressed", operator, "Moving", 0.25))
+    for other in (panel.SAMP_PT_panel, panel.SAMP_PT_refine, lists.SAMP_PT_chain):
+        shown = drawn(other)
+        assert ("Pressed: Moving 0.25" in shown) == ("samp.stop" in shown) == (other is kind)
+        if other is kind:
+            assert button not in shown
 
 
 def test_refine_shows_its_options_and_the_cushion():
@@ -142,7 +158,7 @@ def test_measures_of_the_active_take():
     settings.character = owner
     assert settings.take_index == bpy.data.actions.find(other.name)
     settings.take_index = bpy.data.actions.find(action.name)
-    assert "Position Error: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(lists.SAMP_PT_takes)
+    assert "Position Error: 3.0 \N{RIGHTWARDS ARROW} 1.0 cm" in drawn(takes.SAMP_PT_takes)
     assert owner.animation_data.action == action
 
 
@@ -161,7 +177,7 @@ def test_every_panel_draws(kind, fill):
 
 
 # Buttons whose text depends on their options.
-OWN_TEXT = ("samp.generate ", "samp.export_take ", "samp.star_take ")
+OWN_TEXT = ("samp.generate ", "samp.star_take ")
 
 
 @pytest.mark.parametrize("kind", ALL, ids=lambda kind: kind.__name__)
@@ -234,6 +250,8 @@ def test_export_keeps_the_selection(kind, tmp_path):
     assert bpy.context.selected_objects == [sofa] and bpy.context.view_layer.objects.active == sofa
     assert (bpy.context.scene.frame_start, bpy.context.scene.frame_end, set(bpy.data.objects)) == before
     assert owner.animation_data.action == action
+    action.name = "sit: Sofa/2"
+    assert export.file_stem(bpy.context) == "sit--Sofa-2"
 
 
 def test_export_to_a_missing_folder_raises(tmp_path):
@@ -248,3 +266,99 @@ def test_overlays_are_cleared():
     assert bpy.ops.samp.clear_overlays(what="GOALS") == {"FINISHED"} and len(bpy.data.objects) == 3
     assert bpy.ops.samp.clear_overlays() == {"FINISHED"}
     assert [thing.name for thing in bpy.data.objects] == ["Sofa"]
+
+
+def test_soft_seat_and_refine_are_greyed_with_a_reason():
+    assert bpy.ops.samp.set_cushion.poll()
+    with pytest.raises(RuntimeError, match="create a character first"):
+        bpy.ops.samp.refine()
+    owner = character.create_character(bpy.context)
+    assert not bpy.ops.samp.set_cushion.poll()
+    with pytest.raises(RuntimeError, match="select the seat first"):
+        bpy.ops.samp.set_cushion()
+    with pytest.raises(RuntimeError, match="has no Action"):
+        bpy.ops.samp.refine()
+    baked(owner)
+    assert bpy.ops.samp.refine.poll()
+
+
+@pytest.mark.parametrize(
+    ("kind", "reason"), [("floor", "'Floor' is a floor"), ("lamp", "'Lamp' is not furniture")]
+)
+def test_floor_and_lamp_are_no_target(kind, reason):
+    if kind == "floor":
+        bpy.ops.mesh.primitive_plane_add(size=6)
+        bpy.context.object.name = "Floor"
+    else:
+        bpy.ops.object.light_add()
+        bpy.context.object.name = "Lamp"
+    with pytest.raises(RuntimeError, match=f"{reason}; select the furniture to sit on"):
+        bpy.ops.samp.generate()
+    with pytest.raises(RuntimeError, match=f"{reason}; select furniture"):
+        bpy.ops.samp.sit_here()
+    bpy.data.objects["Sofa"].select_set(True)
+    assert bpy.ops.samp.generate.poll()
+
+
+def test_refine_takes_the_range_of_the_action():
+    owner = character.create_character(bpy.context)
+    keyframes.write_motion(owner, rigs.take(20), "take", 1001)
+    options = panel.refine_options(bpy.context)
+    options.use_range = True
+    assert (options.frame_start, options.frame_end) == (1001, 1020)
+    options.use_range = False
+
+
+@pytest.mark.parametrize(
+    ("measures", "warnings", "verdict", "reason"),
+    [
+        ({}, "", "UNKNOWN", "not been measured"),
+        ({"penetration_max_cm": 1.0, "position_error_cm": 2.0}, "", "GOOD", "No fault"),
+        ({"penetration_max_cm": 6.0}, "", "DOUBTFUL", "6 cm deep"),
+        ({"penetration_max_cm": 6.0, "position_error_cm": 40.0}, "", "BAD", "ends 40 cm from its goal"),
+        ({"penetration_max_cm": 1.0}, "It squats in the air.\nIt glides.", "DOUBTFUL", "It glides."),
+    ],
+)
+def test_verdict_on_a_take_is_its_tooltip(measures, warnings, verdict, reason):
+    action = baked(character.create_character(bpy.context))
+    notes.write_measures(action, measures)
+    if warnings:
+        action[judgement.WARNINGS_KEY] = warnings
+    found, text = judgement.judge(action)
+    assert found == verdict and reason in text
+    options = SimpleNamespace(fit=False, explain=True, action_name=action.name)
+    assert reason in SAMP_OT_show_take.description(bpy.context, options)
+    options.explain, options.fit = False, True
+    assert "frame range" in SAMP_OT_show_take.description(bpy.context, options)
+
+
+def test_list_shows_the_takes_of_the_character():
+    settings = bpy.context.scene.samp
+    owner = character.create_character(bpy.context, name="Anna")
+    first, second = baked(owner), baked(owner)
+    other = character.create_character(bpy.context, name="Bert")
+    third = baked(other)
+    assert take_list.listed(settings) == [first, second, third]
+    settings.character = owner
+    assert take_list.listed(settings) == [first, second]
+    assert owner.animation_data.action == second
+    for direction, shown in (("NEXT", first), ("NEXT", second), ("PREVIOUS", first)):
+        assert bpy.ops.samp.step_take(direction=direction) == {"FINISHED"}
+        assert owner.animation_data.action == shown
+    settings.only_character = False
+    assert third in take_list.listed(settings)
+    settings.only_character = True
+    other.name = "Berta"  # whose takes would be lost from every list
+    assert third in take_list.listed(settings)
+
+
+@pytest.mark.parametrize(
+    ("name", "short"),
+    [
+        ("sit Sofa 3", "sit Sofa 3"),
+        ("sit SM_Sofa_Modern_01 12", "sit SM_Sof\N{HORIZONTAL ELLIPSIS} 12"),
+        ("walkToTheDoorAndBack", "walkToTheDoor\N{HORIZONTAL ELLIPSIS}"),
+    ],
+)
+def test_names_in_the_list_are_short(name, short):
+    assert takes.short_name(name) == short and len(short) <= takes.LONGEST

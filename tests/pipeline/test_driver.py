@@ -168,7 +168,7 @@ def test_no_way_and_no_place_say_so(room):
     assert takes_of(SIT, replace(view, geometry=cage))[1][0].message
     nowhere = fakes.toolbox(sample_goals=lambda *arguments: [])
     message = takes_of(SIT, view, tools=nowhere)[1][0].message
-    assert message == "There is no place to sit on 'Sofa'; choose another object."
+    assert message.startswith("There is no place to sit on 'Sofa'; ")
 
 
 class Stop(Exception):

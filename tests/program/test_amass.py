@@ -97,3 +97,21 @@ def test_broken_takes_and_places_are_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SampError, match="cannot be written"):
         amass.write_amass(take, tmp_path / "file" / "a.npz")
+
+
+def test_published_files_are_read_without_pickle(tmp_path):
+    count = 4
+    content = {
+        "root_orient": np.zeros((count, 3)),
+        "pose_body": np.zeros((count, 63)),
+        "trans": np.zeros((count, 3)),
+        "mocap_frame_rate": np.array(120.0),
+        "gender": np.array("neutral"),
+        "latent_labels": np.array(["ARIEL", "C7"]),
+        "markers_latent_vids": np.array({"ARIEL": 3829}, dtype=object),
+    }
+    np.savez(tmp_path / "walk_stageii.npz", **content)
+    assert len(amass.read_amass(tmp_path / "walk_stageii.npz")) == count
+    np.savez(tmp_path / "poses.npz", **(content | {"pose_body": np.array({"a": 1}, dtype=object)}))
+    with pytest.raises(SampError):
+        amass.read_amass(tmp_path / "poses.npz")

@@ -199,11 +199,18 @@ def test_a_python_version_is_supported_with_all_wheels_or_not_at_all(monkeypatch
 
     monkeypatch.setattr(wheels, "_get", get)
     got = wheels.collect("linux-x64", tmp_path)
-    assert got.left_out == {"3.13": "no wheel of torch"} and got.pythons == ["3.11"]
+    assert got.left_out == {"3.13": "no wheel of torch"} and got.pythons == ["3.11", "3.14"]
     assert [path.name for path in got.wheels].count("packaging-py3.whl") == 1
     assert not [path for path in got.wheels if "3.13" in path.name]
     light = wheels.collect("linux-x64", tmp_path, excluded=wheels.TORCH)
-    assert light.pythons == ["3.11", "3.13"] and not [p for p in light.wheels if "torch" in p.name]
+    assert light.pythons == list(wheels.PYTHONS) and not [p for p in light.wheels if "torch" in p.name]
+
+
+@pytest.mark.parametrize(("python", "version"), [("3.11", "1.15.3"), ("3.13", "1.15.3"), ("3.14", "1.16.3")])
+def test_a_python_version_may_need_another_version_of_a_package(python, version):
+    assert wheels.requirement("scipy", "linux-x64", python) == f"scipy=={version}"
+    assert wheels.requirement("torch", "linux-x64", python).endswith("+cpu")
+    assert not wheels.requirement("torch", "windows-x64", python).endswith("+cpu")
 
 
 def test_a_platform_without_wheels_is_skipped_with_the_reason(monkeypatch, tmp_path, capsys):

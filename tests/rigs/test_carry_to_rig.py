@@ -14,8 +14,9 @@ import samp_blender
 from samp_blender.samp_addon import frames, rotation, skeleton
 from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.actions import keyframes
-from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.character import character, characters
 from samp_blender.samp_addon.blender.rigs import bone_table, carry_to_rig, read_rig
+from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.takes import baking
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.pipeline.job import Job
@@ -404,6 +405,21 @@ def test_rigify_is_switched_to_fk_in_the_action_only(source):
     assert result.switched == 10 and "switches its limbs to FK" in carry_to_rig.sentence(result)
     bpy.context.scene.frame_set(5)
     assert rig.pose.bones["thigh_parent.L"]["IK_FK"] == 1.0
+
+
+def test_a_carried_rig_is_no_obstacle(source):
+    """Neither it nor its meshes, also under another name, or with the take on an NLA track."""
+    other = target("mixamo")
+    names = lambda: {obj.name for obj in characters.people(bpy.context)}
+    assert names() == {source.name}
+    carry_to_rig.carry_to_rig(bpy.context, other.name, source.name)
+    assert names() == {source.name, other.name}
+    other.name = "Renamed"
+    assert names() == {source.name, "Renamed"}
+    dressed = {obj.name for obj in read_scene.with_dependants(bpy.context, [other]) if obj.type == "MESH"}
+    everything = read_scene.read_scene(bpy.context)
+    shown = read_scene.read_scene(bpy.context, characters.people(bpy.context))
+    assert dressed & set(everything.names) and not dressed & set(shown.names)
 
 
 def test_operator_and_function_give_the_same(source):

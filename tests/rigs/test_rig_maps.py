@@ -207,3 +207,38 @@ def test_a_map_that_cannot_be_is_refused():
     ):
         with pytest.raises(SampError, match=reason):
             fitting.fit(rig, bones, skeleton.default_rest_joints())
+
+
+def _skeleton(bone_of):
+    """Return names, parents and heads (B, 3) of the default body, in Blender's axes, with a bone for each joint."""
+    rest = skeleton.default_rest_joints()
+    joints = list(skeleton.BODY_JOINTS)
+    parents = [int(skeleton.PARENTS[skeleton.INDEX[joint]]) for joint in joints]
+    heads = np.array([rest[skeleton.INDEX[joint]] for joint in joints])
+    return [bone_of(joint) for joint in joints], parents, heads[:, [0, 2, 1]] * [1, -1, 1]
+
+
+@pytest.mark.parametrize("turn", [0, 90, 180, 270])
+def test_nameless_bones_are_told_apart_by_hierarchy_and_place(turn):
+    names, parents, heads = _skeleton(lambda joint: f"b{skeleton.INDEX[joint]}")
+    cos, sin = np.round([np.cos(np.radians(turn)), np.sin(np.radians(turn))])
+    turned = heads @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+    found = guessing.guess(names, parents, turned)
+    assert found == {joint: f"b{skeleton.INDEX[joint]}" for joint in skeleton.BODY_JOINTS}
+
+
+@pytest.mark.parametrize(
+    ("kind", "trunk", "thigh"),
+    [
+        ("MMD", ("腰", "上半身", "上半身2"), "{s}足 {s}ひざ {s}足首 {s}足先EX {s}肩 {s}腕 {s}ひじ {s}手首"),
+        ("Reallusion", ("CC_Base_Hip",), ""),
+        ("DAZ Genesis 9", ("hip", "spine1"), ""),
+    ],
+)
+def test_published_rigs_are_recognised(kind, trunk, thigh):
+    rig = next(rig for rig in maps.KNOWN if rig.name == kind)
+    names = [options[0] for options in rig.bones.values()]
+    found = maps.recognise(names)
+    assert found is not None and found[0].name == kind
+    assert set(trunk) <= set(found[1].values())
+    assert not thigh or set(thigh.format(s="左").split()) <= set(found[1].values())

@@ -63,10 +63,10 @@ def never(requests, progress=lambda share: None):
 _FOUND = {}
 
 
-def sample_goals(triangles, action, count, seed, obstacles):
+def sample_goals(triangles, action, count, seed, obstacles, floor=None):
     """By geometry, the seed choosing among the best; an object is searched once."""
-    key = triangles.tobytes(), action
-    found = _FOUND.setdefault(key, seats.find_goals(triangles, action) if key not in _FOUND else None)
+    key = triangles.tobytes(), action, floor
+    found = _FOUND.setdefault(key, seats.find_goals(triangles, action, floor) if key not in _FOUND else None)
     return [found[(seed + k) % len(found)] for k in range(count)] if found else []
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import struct
 from pathlib import Path
@@ -9,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from samp_blender.training import furniture
+from samp_blender.training.evaluation import takes
 from samp_blender.training.furniture import library
+from samp_blender.training.samp.goal_net import dataset
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data" / "furniture"
 needs_shared = pytest.mark.skipif(not SHARED.exists(), reason=f"{SHARED.parent.name} data are not here")
@@ -115,3 +118,25 @@ def test_the_library_is_read_in_metres_and_split_about_four_to_one():
     assert {p.name for p in [*train, *held_out]} == {p.name for p in furniture.load(SHARED)}
     bed = next(p for p in [*train, *held_out] if p.name == "bed_scopia_bed1")
     np.testing.assert_allclose(np.ptp(bed.triangles.reshape(-1, 3), axis=0), (1.705, 1.108, 2.165), atol=2e-3)
+
+
+def test_the_shipped_pieces_are_held_out_and_in_the_public_domain(tmp_path):
+    folder = furniture.available(tmp_path)
+    assert folder == library.SHIPPED_FOLDER and "is missing" in furniture.missing(tmp_path)
+    pieces = furniture.load(folder, held_out=True)
+    assert len(pieces) == len(furniture.load(folder)) == len(list(folder.glob("*.glb"))) >= 4
+    with open(folder / "manifest.csv", newline="", encoding="utf-8") as file:
+        assert all(row["licence"].startswith("CC0") for row in csv.DictReader(file))
+    credits_text = (folder / "CREDITS.md").read_text("utf-8")
+    assert all(piece.name in credits_text for piece in pieces)
+
+
+def test_evaluation_without_the_library_uses_shipped_and_procedural_pieces(tmp_path, monkeypatch):
+    monkeypatch.setattr(furniture, "missing", lambda: "It is missing.")
+    monkeypatch.setattr(furniture, "available", lambda: library.SHIPPED_FOLDER)
+    names = [piece.name for piece in dataset.real_pieces(held_out=True)]
+    assert "chair_blendswapcc0_chair" in names and len(names) > 10
+    for action in ("sit", "lie"):
+        pieces = takes.held_out_seats(library.SHIPPED_FOLDER, action)
+        assert any("blendswap" in piece.name for piece in pieces)
+        assert any("blendswap" not in piece.name for piece in pieces)

@@ -48,6 +48,30 @@ def test_sheet_leaves_the_scene_as_it_was(tmp_path):
     assert not [c for c in bpy.data.cameras if c.name.startswith("SAMP look")]
 
 
+@needs_pictures
+def test_sheet_of_a_scene_with_shot_cameras_has_its_own_views():
+    """Timeline markers that are bound to cameras switch the scene's camera in every frame."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene, motion = bpy.context.scene, standing(8)
+    bpy.ops.mesh.primitive_cube_add(size=0.6, location=(0, 0, 0.9))
+    track = contact_sheet.Track.of(motion)
+    size, view = (48, 48), contact_sheet.VIEWS[0]
+
+    def tiles():
+        return contact_sheet.pictures(scene, track, [0, 7], lambda k: scene.frame_set(1 + k), view, size=size)
+
+    before = tiles()
+    shot = bpy.data.objects.new("Shot", bpy.data.cameras.new("Shot"))
+    shot.location = (0, 0, 300)  # sees nothing
+    scene.collection.objects.link(shot)
+    scene.camera = shot
+    marker = scene.timeline_markers.new("Shot", frame=1)
+    marker.camera = shot
+    np.testing.assert_array_equal(np.array(tiles()), np.array(before))
+    assert np.ptp(before[0]) > 30
+    assert (scene.camera, marker.camera) == (shot, shot)
+
+
 def test_track_faces_where_the_hips_face():
     track = contact_sheet.Track.of(standing())
     np.testing.assert_allclose(track.front, -np.pi / 2, atol=1e-9)  # +Z of the network is -Y of Blender

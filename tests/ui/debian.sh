@@ -14,6 +14,8 @@ chroot "$root" update-ca-certificates >/dev/null 2>&1
 mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
 for part in dev sys; do mountpoint -q "$root/$part" || mount --bind "/$part" "$root/$part"; done
 export DEBIAN_FRONTEND=noninteractive
+# A mirror or a snapshot may be older than its Release file allows.
+echo 'Acquire::Check-Valid-Until "false";' >"$root/etc/apt/apt.conf.d/90old-release"
 chroot "$root" apt-get update -q
 chroot "$root" apt-get install -y -q --no-install-recommends blender xvfb xdotool imagemagick libegl1 libgl1 \
     libgl1-mesa-dri libglx-mesa0 fonts-dejavu-core python3-pip python3-numpy python3-requests python3-zstandard \

@@ -114,10 +114,16 @@ def fingerprint() -> str:
 
 def running() -> list | None:
     """Return name, stage and share of the running work, or None."""
-    from bl_ext.user_default.samp.operators import thread_operator
+    from bl_ext.user_default.samp.samp_addon.blender import running_work
 
-    found = thread_operator.running()
-    return found and list(found)
+    found = running_work.current()
+    return None if found is None else [found.label, found.stage, found.share]
+
+
+def actions_in(path: str) -> list[str]:
+    """Return the names of the Actions in a saved file."""
+    with bpy.data.libraries.load(path) as (found, _):
+        return sorted(found.actions)
 
 
 def panel_seconds() -> dict[str, float]:

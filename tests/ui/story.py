@@ -99,10 +99,17 @@ class _Session:
         window.ask("ui.count_draws()")
         begun = time.monotonic()
         window.press("bpy.ops.samp.generate")
+        window.wait("ui.running()", lambda value: value is not None and value[1] == "Moving", PATIENCE)
+        path = self.home / "meanwhile.blend"
+        window.ask(f"str(bpy.ops.wm.save_as_mainfile(filepath={str(path)!r}, copy=True))")
+        self._check(window.ask("ui.running()") is not None, "the save ended the run")
+        self._check(path.is_file(), "nothing was saved")
         window.wait(
             "(ui.running(), ui.takes())", lambda value: value[0] is None and len(value[1]) == 2, PATIENCE
         )
         seconds, drawn = time.monotonic() - begun, self._drawn()
+        inside = window.ask(f"ui.actions_in({str(path)!r})")
+        self._check(len(inside) == 1, f"the file saved meanwhile holds {inside}")
         window.shot("again")
         return f"{seconds:.1f} s; {drawn}"
 

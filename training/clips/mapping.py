@@ -47,7 +47,7 @@ class Mapping:
 
 
 def joints_of(recording: Recording) -> dict[str, int]:
-    """Joint -> index of the bone that is named for it: by known skeletons, else by what words in names mean.
+    """Joint -> index of its bone: by the names of known skeletons, else by words in names, else by hierarchy and place.
 
     Raises SampError where pelvis, legs or arms cannot be identified.
     """
@@ -61,7 +61,7 @@ def joints_of(recording: Recording) -> dict[str, int]:
         found = known[1] if known else guessing.guess(names, recording.parents, recording.rest)
     lacking = [joint for joint in maps.ESSENTIAL if joint not in found]
     if lacking:
-        raise SampError(f"No joint of '{recording.name}' is named for {', '.join(lacking)}.")
+        raise SampError(f"No joint of '{recording.name}' is recognised as {', '.join(lacking)}.")
     return {joint: names.index(bone) for joint, bone in found.items() if joint in skeleton.BODY_JOINTS}
 
 

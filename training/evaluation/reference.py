@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...samp_addon.evaluation import diversity, feet, metrics
+from ...samp_addon.evaluation import diversity, feet, metrics, posture
 from ...samp_addon.motion import Goal, Motion
 from ..look import load_motion
 from ..mocap import clip_files
@@ -53,13 +53,16 @@ def spell(motion: Motion, action: str) -> Motion:
 
 
 def measures(real: Sequence[Motion], action: str) -> dict[str, float]:
-    """Mean over clips of what can be measured of real motion: feet, jerk, and the APD of all of them."""
-    told = [feet.measures(motion, 0.0) | {"jerk_m_s3": metrics.jerk(motion)} for motion in real]
-    found = {
-        key: statistics.mean(values)
-        for key in ("foot_slide_cm_s", "stance_slide_cm_s", "stance_share", "jerk_m_s3")
-        if (values := [one[key] for one in told if one[key] is not None])
-    }
+    """Mean over clips of what can be measured of real motion: feet, jerk, posture, and the APD of all of them."""
+    measured = [
+        feet.measures(motion, 0.0) | {"jerk_m_s3": metrics.jerk(motion)} | posture.measures(motion)
+        for motion in real
+    ]
+    found = {}
+    for key in sorted(set().union(*measured)):
+        values = [one[key] for one in measured if one.get(key) is not None]
+        if values:
+            found[key] = statistics.mean(values)
     if real:
         found["APD"] = diversity.diversity([spell(motion, action) for motion in real])
     return found

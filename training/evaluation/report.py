@@ -9,6 +9,11 @@ from ...samp_addon.motion import Motion
 from . import reference, tables
 from .takes import Results
 
+POSTURE = (
+    ("knee_deg", "knee, deg"), ("straight_deg", "straightest knee, deg"), ("elbow_deg", "elbow, deg"),
+    ("lower_trunk_deg", "lower trunk, deg"), ("upper_trunk_deg", "upper trunk, deg"), ("neck_deg", "neck, deg"),
+    ("step_width_m", "width of the stance, m"),
+)  # fmt: skip
 MEANS = (
     ("position_error_cm", "PE, cm"),
     ("rotation_error_deg", "RE, deg"),
@@ -22,6 +27,15 @@ MEANS = (
     ("stance_slide_cm_s", "stance slide, cm/s"),
     ("stance_share", "share of time in stance"),
     ("jerk_m_s3", "jerk, m/s^3"),
+    ("air_squat_s", "squat in the air, s"),
+    ("unsupported_s", "without support, s"),
+    ("seated_speed_m_s", "pelvis while seated, m/s"),
+    ("hanging_feet_cm", "feet over the floor in the hold, cm"),
+    *(
+        (f"{phase}_{key}", f"{phase}: {name}")
+        for phase in ("walk", "idle", "seated")
+        for key, name in POSTURE
+    ),
 )
 COMPARED = ("position_error_cm", "rotation_error_deg", "execution_time_s", "penetration_5cm_percent",
             "foot_slide_cm_s", "stance_slide_cm_s")  # fmt: skip
@@ -43,13 +57,16 @@ def table(
     lines.append(tables.row(action, "first", "success at the first attempt", f"{first} of {asked}"))
     own = reference.measures(real, action)
     for key, name in MEANS:
-        if values := results.values(key):
-            lines.append(tables.row(action, key, name, str(tables.Estimate.of(values)), own.get(key)))
+        if (found := results.estimate(key)) is not None:
+            lines.append(tables.row(action, key, name, str(found), own.get(key)))
     if pace is not None and (ratios := reference.execution_ratios(results, pace)):
         told = str(tables.Estimate.of(ratios))
         lines.append(tables.row(action, "execution_ratio", "execution time over real", told))
+    if results.alike:
+        aligned = tables.Estimate.of([diversity.diversity_in_time(motions) for motions in results.alike])
+        lines.append(tables.row(action, "APD_in_time", "APD between takes, frame by frame", str(aligned)))
     if (apd := _apd(action, results)) is not None:
-        lines.append(tables.row(action, "APD", "APD", str(apd), own.get("APD")))
+        lines.append(tables.row(action, "APD", "APD as in the paper, pooled", str(apd), own.get("APD")))
     if real:
         lines.append(tables.row(action, "FD", "FD", f"{_distance(results, real):.2f}"))
     return "\n".join(lines)
@@ -63,8 +80,8 @@ def comparison(action: str, versions: Mapping[str, Results], real: Sequence[Moti
     for name, results in versions.items():
         cells = [f"{_won(results)} of {results.asked}"]
         for key in COMPARED:
-            values = results.values(key)
-            cells.append(str(tables.Estimate.of(values)) if values else "-")
+            found = results.estimate(key)
+            cells.append("-" if found is None else str(found))
         apd = _apd(action, results)
         cells.append("-" if apd is None else str(apd))
         cells.append(f"{_distance(results, real):.2f}" if real and results.takes else "-")
@@ -77,7 +94,7 @@ def _won(results: Results) -> int:
 
 
 def _apd(action: str, results: Results) -> tables.Estimate | None:
-    """Over takes of the same job, as in section 5.2."""
+    """Over takes of the same job, as in section 5.2: pooled over time, for comparison with the paper only."""
     if not results.alike:
         return None
     return tables.Estimate.of(

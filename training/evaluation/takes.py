@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...samp_addon.errors import SampError
-from ...samp_addon.evaluation import metrics
+from ...samp_addon.evaluation import metrics, posture
 from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.methods.samp.method import Samp
 from ...samp_addon.methods.samp.networks import Networks
@@ -24,6 +24,7 @@ from ...samp_addon.pipeline.job import Job
 from ...samp_addon.scene.geometry import SceneGeometry
 from ...tests.support import rooms
 from .. import furniture
+from .tables import Estimate
 
 FIRST_ROOM = 1000  # seed; the rooms of the judge and of the tests are others
 LONG_ENOUGH = 1.65  # metres of the longest side of what somebody of 1.7 m is asked to lie on
@@ -34,7 +35,8 @@ SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", 
 class Results:
     """All takes of an action with their measures, those of the same job together, and how many were not made.
 
-    furniture: the triangles (F, 3, 3) around each take, without the floor. scenes: all around each.
+    furniture: the triangles (F, 3, 3) around each take, without the floor. scenes: all around each. clusters: the
+    piece or room of each. jobs: all that was asked for, with the piece or room.
     """
 
     takes: list[Take] = field(default_factory=list)
@@ -43,6 +45,8 @@ class Results:
     failed: int = 0
     furniture: list[np.ndarray] = field(default_factory=list)
     scenes: list[SceneGeometry] = field(default_factory=list)
+    clusters: list[str] = field(default_factory=list)
+    jobs: list[tuple[Job, SceneView, str]] = field(default_factory=list)
 
     @property
     def asked(self) -> int:
@@ -53,13 +57,28 @@ class Results:
         """A measure of all takes that have it."""
         return [numbers[key] for numbers in self.numbers if numbers.get(key) is not None]
 
+    def estimate(self, key: str) -> Estimate | None:
+        """A measure's mean over all takes that have it, its interval over pieces or rooms; None without any."""
+        known = [numbers.get(key) is not None for numbers in self.numbers]
+        if not any(known):
+            return None
+        clusters = [cluster for cluster, use in zip(self.clusters, known, strict=True) if use]
+        return Estimate.of(self.values(key), clusters)
 
-def held_out_seats(folder: Path, action: str = "sit") -> list[furniture.piece.Piece]:
-    """The real pieces to sit or lie on that no training has seen; none where the folder is missing."""
+
+def held_out_seats(folder: Path, action: str = "sit", part: str = "all") -> list[furniture.piece.Piece]:
+    """The pieces to sit or lie on that no training has seen, with procedural ones where the library is missing.
+
+    None where the folder is missing. part: "tuning", "final" (see furniture.library.part_of) or "all".
+    """
     try:
         pieces = furniture.library.load(folder, held_out=True)
     except FileNotFoundError:
         return []
+    if part != "all":
+        pieces = [piece for piece in pieces if furniture.library.part_of(piece.name) == part]
+    if folder == furniture.library.SHIPPED_FOLDER:
+        pieces += furniture.unseen(SEATS.get(action, ()))
     fit = [piece for piece in pieces if piece.category in SEATS.get(action, ())]
     if action == "lie":
         fit = [piece for piece in fit if np.ptp(piece.triangles, axis=(0, 1)).max() >= LONG_ENOUGH]
@@ -105,6 +124,8 @@ def evaluate(
     results = Results()
     for seed in range(count):
         job, view = _job(action, seed, takes, pieces)
+        cluster = pieces[seed % len(pieces)].name if pieces else f"room {seed}"
+        results.jobs.append((job, view, cluster))
         try:
             made, failures = driver.run(Work(job, [view]), tools=networks and toolbox(networks))
         except SampError as error:
@@ -115,11 +136,14 @@ def evaluate(
             tell(f"{action}, room {seed}, seed {failure.seed}: {failure.message}")
         results.failed += len(failures)
         results.takes += made
+        results.clusters += [cluster] * len(made)
         results.furniture += [view.geometry.without(("Floor",)).triangles] * len(made)
         results.scenes += [view.geometry] * len(made)
         obstacles = Obstacles(view.geometry.triangles)
         results.numbers += [
-            metrics.measure(take.motion, take.goal, obstacles, take.floor) | {"attempts": take.attempts}
+            metrics.measure(take.motion, take.goal, obstacles, take.floor)
+            | posture.measures(take.motion)
+            | {"attempts": take.attempts}
             for take in made
         ]
         if len(made) > 1:

@@ -1,7 +1,17 @@
 """Furniture for training and evaluation: procedural pieces, and the real ones with a fixed held-out split."""
 
-from .generate import CATEGORIES, generate
-from .library import is_held_out, load, read_glb
+from .generate import CATEGORIES, generate, unseen
+from .library import available, is_held_out, load, missing, read_glb
 from .piece import Piece
 
-__all__ = ["CATEGORIES", "Piece", "generate", "is_held_out", "load", "read_glb"]
+__all__ = [
+    "CATEGORIES",
+    "Piece",
+    "available",
+    "generate",
+    "is_held_out",
+    "load",
+    "missing",
+    "read_glb",
+    "unseen",
+]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from . import flat, seating, shapes
@@ -22,6 +24,9 @@ _BUILDERS = {
 }
 CATEGORIES = tuple(_BUILDERS)
 
+EVALUATION_SEED = 20_000_003
+"""Seed of the procedural pieces of the evaluation; training uses others."""
+
 
 def generate(category: str, rng: np.random.Generator) -> Piece:
     """A new piece of this category, centred over the origin, front +Z, on y = 0; same rng state, same piece.
@@ -34,3 +39,9 @@ def generate(category: str, rng: np.random.Generator) -> Piece:
     low, high = soup.min(axis=(0, 1)), soup.max(axis=(0, 1))
     soup = soup - [(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2]
     return Piece(category, soup, f"{category}_{mark:010d}")
+
+
+def unseen(categories: Sequence[str], each: int = 1) -> list[Piece]:
+    """Return procedural pieces that no training has seen: the same ones at every call."""
+    rng = np.random.default_rng(EVALUATION_SEED)
+    return [generate(category, rng) for category in categories if category in _BUILDERS for _ in range(each)]

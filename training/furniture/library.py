@@ -14,6 +14,9 @@ from .piece import Piece
 
 DEFAULT_FOLDER = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "furniture"
 
+SHIPPED_FOLDER = Path(__file__).resolve().parent / "pieces"
+"""A few pieces in the public domain, all of them held out; see CREDITS.md there."""
+
 # Filed under a category that they are not: a car, and a tablet computer.
 NOT_FURNITURE = frozenset({"chair_scopia_seat_leon", "table_scopia_tablet"})
 
@@ -42,10 +45,38 @@ _COMPONENTS = {
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
+def available(folder: Path = DEFAULT_FOLDER) -> Path:
+    """Return the library's folder if it is there, else that of the pieces that the repository ships."""
+    return Path(folder) if (Path(folder) / "manifest.csv").is_file() else SHIPPED_FOLDER
+
+
+def missing(folder: Path = DEFAULT_FOLDER) -> str:
+    """Return one sentence on what cannot be evaluated without the library; empty where it is there."""
+    if available(folder) == Path(folder):
+        return ""
+    return (
+        f"{folder} is missing, so 5 shipped and some procedural pieces are used; with the Sweet Home 3D furniture "
+        "there (GLB files and a manifest.csv, see docs/training.md), all held-out pieces are."
+    )
+
+
 def is_held_out(name: str) -> bool:
     """Whether the piece of this file stem is kept from training: first byte of its SHA-256 modulo 5 is 0."""
     key = SIBLINGS.get(name, name)
     return hashlib.sha256(key.encode()).digest()[0] % 5 == 0
+
+
+def part_of(name: str) -> str:
+    """Which part of the split the piece of this file stem is in: "training", "tuning" or "final".
+
+    Of the held-out pieces a third, by the second byte of their SHA-256 modulo 3, is kept for final tables that nothing
+    is tuned on; the others may be looked at while limits and weights are chosen. (Until November 2026 the tables were
+    of all held-out pieces; from then on the final third has no part in any choice.)
+    """
+    if not is_held_out(name):
+        return "training"
+    key = SIBLINGS.get(name, name)
+    return "final" if hashlib.sha256(key.encode()).digest()[1] % 3 == 0 else "tuning"
 
 
 def load(folder: Path = DEFAULT_FOLDER, held_out: bool | None = None) -> list[Piece]:

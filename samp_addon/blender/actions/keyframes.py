@@ -62,6 +62,7 @@ def write_motion(
         for k in range(channel.values.shape[1]):
             writer.add(path, k, times[: len(channel.values)], channel.values[:, k], channel.bone)
     notes.write_motion(action, motion, frame_start)
+    action[notes.CHARACTER_KEY] = armature.name
     if activate:
         activate_action(armature, action)
     return action
@@ -174,10 +175,12 @@ def read_motion(
     frame_start: int | None = None,
     frame_end: int | None = None,
     scene: bpy.types.Scene | None = None,
+    reader: Reader | None = None,
 ) -> Motion:
     """Return the Motion (55 joints) of an Action, with the armature where it is now: the inverse of write_motion.
 
-    Samples the f-curves at each frame of the scene's rate; constraints and NLA strips are ignored. action:
+    Samples the f-curves at each frame of the scene's rate; constraints and NLA strips are ignored unless ``reader``,
+    of the same frames, sees them (takes/seen.py). action:
     by default the active one. frame_start, frame_end: by default the Action's range. Raise SampError where
     there is no Action.
     """
@@ -188,7 +191,7 @@ def read_motion(
     end = int(np.ceil(action.frame_range[1])) if frame_end is None else frame_end
     if end < start:
         raise SampError(f"Frame range {start} to {end} is empty; set the end after the start.")
-    reader = Reader(armature, action, np.arange(start, end + 1))
+    reader = reader or Reader(armature, action, np.arange(start, end + 1))
     location, quaternions = reader.pelvis_and_rotations(calibration)
     own = change_basis(quaternions, calibration.bases)
     own[:, 0] = rotation.multiply(rotation.conjugate(_root_turn(calibration)), own[:, 0])

@@ -5,7 +5,7 @@ The panel reads these at every redraw: import nothing heavy here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import bpy
 import numpy as np
@@ -25,7 +25,13 @@ GROUND_KEY = "samp_ground"
 MEASURES_KEY, BEFORE_KEY = "samp_measures", "samp_before"
 """Measures of the take, and for a refined take those of its source."""
 
+WARNINGS_KEY = "samp_warnings"
+"""What is wrong with the take: sentences, one a line."""
+
 STAR_KEY = "samp_star"
+
+CHARACTER_KEY = "samp_character"
+"""Name of the armature that the take was made for."""
 
 MEASURES = (
     "position_error_cm", "rotation_error_deg", "penetration_max_cm", "foot_slide_cm_s", "stance_slide_cm_s",
@@ -118,6 +124,19 @@ def read_measures(action: bpy.types.Action, key: str = MEASURES_KEY) -> dict[str
     """Return the stored measures; empty where there are none. key: MEASURES_KEY or BEFORE_KEY."""
     stored = action.get(key)
     return {} if stored is None else dict(stored.items())
+
+
+def write_warnings(action: bpy.types.Action, sentences: Sequence[str]) -> None:
+    """Store what is wrong with a take, a sentence for each fault; none removes the note."""
+    if sentences:
+        action[WARNINGS_KEY] = "\n".join(sentences)
+    elif WARNINGS_KEY in action:
+        del action[WARNINGS_KEY]
+
+
+def read_warnings(action: bpy.types.Action) -> list[str]:
+    """Return the stored sentences; empty for a take without fault."""
+    return [line for line in str(action.get(WARNINGS_KEY, "")).split("\n") if line]
 
 
 def is_starred(action: bpy.types.Action) -> bool:

@@ -15,13 +15,14 @@ import numpy as np
 
 from ...body.human import Human
 from ...errors import SampError
+from ...evaluation import guards
 from ...motion import Goal, Motion
 from ...progress import Progress
 from ...refine import refinement as optimiser
 from ...refine.refinement import Refined, Settings, Surroundings
 from ...scene.geometry import SceneGeometry
 from .. import compat
-from ..character import armature
+from ..character import characters
 from ..character.character import body_of, has_surface
 from ..scene import read_scene
 from ..thread_run import ThreadRun, one_slice
@@ -128,7 +129,7 @@ def read(
     _require_finite(owner, action)
     start, end = _range(action, frame_start, frame_end)
     _require_still_object(owner, action, np.arange(start, end + 1))
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    people = characters.people(context)
     scene = read_scene.read_scene(context, people)
     remarks = ()
     if not has_surface(context, owner):
@@ -170,6 +171,8 @@ def write(context: bpy.types.Context, plan: Plan, refined: Refined) -> Result:
         plan.action.use_fake_user = True  # also where another Action was active
     keyframes.activate_action(plan.owner, new, slot)
     notes.write_measures(new, refined.after, refined.before)
+    kept = [text for text in notes.read_warnings(new) if not text.startswith(guards.MEASURED)]
+    notes.write_warnings(new, [*kept, *guards.warnings(refined.after)])
     return Result(new, refined, plan.remarks)
 
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ... import frames, skeleton
+from ... import frames, rotation, skeleton
 from ...errors import SampError
+from ...motion import Motion
 
 # Other names of the same joint.
 ALIASES = {"left_eye_smplhf": ("left_eye",), "right_eye_smplhf": ("right_eye",)}
@@ -228,3 +229,31 @@ def standing_place(armature: bpy.types.Object) -> tuple[np.ndarray, float]:
     )
     direction = frames.to_network(forward)
     return frames.to_network(pose[:3, 3]), float(frames.direction_yaw(direction))
+
+
+def standing_floor(armature: bpy.types.Object) -> tuple[np.ndarray, float]:
+    """Return the floor (3,), metres, on which the character stands, and its yaw, radians; network frame."""
+    pelvis, yaw = standing_place(armature)
+    return pelvis + [0.0, calibrate(armature).rest_joints[:, 1].min(), 0.0], yaw
+
+
+def posed(armature: bpy.types.Object) -> Motion:
+    """Return the pose that Blender shows now, as a Motion of one frame in the armature's proportions."""
+    calibration, pose = calibrate(armature), armature.pose.bones
+    world = np.array(armature.matrix_world, dtype=np.float64)
+    whole = np.tile(np.eye(3), (len(skeleton.JOINTS), 1, 1))
+    for j, bone in enumerate(calibration.bones):
+        if bone is None:
+            whole[j] = whole[skeleton.PARENTS[j]]
+            continue
+        shown = orthonormal((world @ np.array(pose[bone].matrix, dtype=np.float64))[:3, :3])
+        whole[j] = frames.NETWORK_FROM_BLENDER @ shown @ calibration.bases[j].T @ calibration.axes
+    local = whole.copy()
+    for j in range(1, len(whole)):
+        local[j] = whole[skeleton.PARENTS[j]].T @ whole[j]
+    head = (world @ np.append(np.array(pose[calibration.bones[0]].head, dtype=np.float64), 1.0))[:3]
+    return Motion(
+        frames.to_network(head)[None],
+        rotation.matrix_to_quaternion(local)[None],
+        rest_joints=calibration.rest_joints,
+    )

@@ -10,12 +10,30 @@ from ...body import human
 from ...body.hands import relaxed_hands
 from ...body.human import Human
 from .. import compat
-from .armature import calibrate
+from . import start
+from .armature import calibrate, standing_floor
 from .materials import body_materials
 
 # Custom property of an armature created here: its body shape.
 SHAPES = "samp_shapes"
-_BONE_LENGTH = {"body": 0.1, "small": 0.02}
+_ROOT_LENGTH = 0.1
+# Joints whose bone ends at another joint than its only child, or in a direction (network axes, metres).
+_ENDS_AT = {
+    "pelvis": "spine1",
+    "spine3": "neck",
+    "left_wrist": "left_middle1",
+    "right_wrist": "right_middle1",
+}
+_TIPS = {
+    "head": (0.0, 0.16, 0.0),
+    "jaw": (0.0, -0.03, 0.06),
+    "left_eye_smplhf": (0.0, 0.0, 0.02),
+    "right_eye_smplhf": (0.0, 0.0, 0.02),
+    "left_foot": (0.0, 0.0, 0.08),
+    "right_foot": (0.0, 0.0, 0.08),
+}
+_FINGERTIP = 0.8
+"""Length of a finger's last bone relative to the bone before it."""
 # Standing pose of the left side, rotation vectors in degrees, network axes; mirrored for the right side.
 _STANDING = {"shoulder": (0.0, 0.0, -66.0), "elbow": (0.0, -16.0, 0.0), "collar": (0.0, 0.0, -6.0)}
 
@@ -31,7 +49,7 @@ def create_character(
 
     shapes: weights from 0 to 1 of the body shapes (male, female, tall, short, ...), applied to the mesh's shape
     keys and the joints. location: of the soles, metres, Blender's world. yaw: radians, 0 faces -Y, positive turns
-    left. The bones' axes are SMPL-X's: a bone's rotation_quaternion is the joint's rotation.
+    left. Bones run from joint to joint, so their axes are not SMPL-X's: see armature.calibrate.
     """
     shapes = {key: value for key, value in (shapes or {}).items() if value}
     default, body = human.load(), human.load().shaped(shapes)
@@ -47,17 +65,24 @@ def create_character(
     armature.select_set(True)
     context.view_layer.objects.active = armature
     context.view_layer.update()
+    start.store(armature, standing_floor(armature))
     return armature
 
 
 def pose_standing(armature: bpy.types.Object) -> None:
     """Pose an armature created here with arms down and fingers relaxed. No keyframes."""
-    for i, joint in enumerate(skeleton.JOINTS[skeleton.BODY_COUNT :]):
-        armature.pose.bones[joint].rotation_quaternion = relaxed_hands()[i]
+    quaternions = np.tile([1.0, 0.0, 0.0, 0.0], (len(skeleton.JOINTS), 1))
+    quaternions[skeleton.BODY_COUNT :] = relaxed_hands()
     for joint, degrees in _STANDING.items():
         for side, mirror in (("left", (1, 1, 1)), ("right", (1, -1, -1))):
             vector = np.radians(np.array(degrees) * mirror)
-            armature.pose.bones[f"{side}_{joint}"].rotation_quaternion = rotation.from_axis_angle(vector)
+            quaternions[skeleton.INDEX[f"{side}_{joint}"]] = rotation.from_axis_angle(vector)
+    calibration = calibrate(armature)
+    own = rotation.change_basis(
+        rotation.change_basis(quaternions, calibration.axes), np.swapaxes(calibration.bases, 1, 2)
+    )
+    for j, bone in enumerate(calibration.bones):
+        armature.pose.bones[bone].rotation_quaternion = own[j]
 
 
 def body_of(armature: bpy.types.Object) -> Human:
@@ -78,20 +103,20 @@ def has_surface(context: bpy.types.Context, armature: bpy.types.Object) -> bool:
 
 
 def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.types.Object:
-    """Create an armature with rest joints (55, 3) in the network frame; bone axes are SMPL-X's."""
+    """Create an armature with rest joints (55, 3) in the network frame; bones run from joint to joint."""
     data = bpy.data.armatures.new(name)
     data.display_type = "STICK"
     armature = bpy.data.objects.new(name, data)
     _link(context, armature)
     context.view_layer.objects.active = armature
     bpy.ops.object.mode_set(mode="EDIT")
-    heads = frames.to_blender(joints)
+    heads, tails = frames.to_blender(joints), frames.to_blender(_tails(joints))
     root = data.edit_bones.new("root")
-    root.head, root.tail = (0.0, 0.0, 0.0), (0.0, 0.0, _BONE_LENGTH["body"])
+    root.head, root.tail = (0.0, 0.0, 0.0), (0.0, 0.0, _ROOT_LENGTH)
     for j, joint in enumerate(skeleton.JOINTS):
         bone = data.edit_bones.new(joint)
-        length = _BONE_LENGTH["body" if j < skeleton.BODY_COUNT else "small"]
-        bone.head, bone.tail = heads[j], heads[j] + np.array([0.0, 0.0, length])
+        bone.head, bone.tail = heads[j], tails[j]
+        bone.align_roll(_roll_axis(heads[j], tails[j]))
         bone.parent = data.edit_bones[skeleton.JOINTS[skeleton.PARENTS[j]]] if j else root
     bpy.ops.object.mode_set(mode="OBJECT")
     data.bones["root"].use_deform = False
@@ -99,6 +124,28 @@ def _armature(context: bpy.types.Context, joints: np.ndarray, name: str) -> bpy.
     for bone in armature.pose.bones:
         bone.rotation_mode = "QUATERNION"
     return armature
+
+
+def _tails(joints: np.ndarray) -> np.ndarray:
+    """Return the tails (55, 3) of the bones for rest joints (55, 3), network frame."""
+    tails = joints.copy()
+    for j, joint in enumerate(skeleton.JOINTS):
+        children = [k for k, parent in enumerate(skeleton.PARENTS) if parent == j and k]
+        if joint in _TIPS:
+            tails[j] = joints[j] + _TIPS[joint]
+        elif joint in _ENDS_AT:
+            tails[j] = joints[skeleton.INDEX[_ENDS_AT[joint]]]
+        elif children:
+            tails[j] = joints[children[0]]
+        else:
+            tails[j] = joints[j] + _FINGERTIP * (joints[j] - joints[skeleton.PARENTS[j]])
+    return tails
+
+
+def _roll_axis(head: np.ndarray, tail: np.ndarray) -> tuple[float, float, float]:
+    """Return the direction of a bone's Z axis: forward (-Y in Blender), or up for bones that point forward."""
+    along = (tail - head) / np.linalg.norm(tail - head)
+    return (0.0, 0.0, 1.0) if abs(along[1]) > 0.7 else (0.0, -1.0, 0.0)
 
 
 def _sort_bones(data: bpy.types.Armature) -> None:

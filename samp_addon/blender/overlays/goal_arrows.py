@@ -9,13 +9,16 @@ import numpy as np
 from mathutils import Matrix
 
 from ... import frames
-from ...errors import SampError
+from ...errors import NoPlaceError, PathError, SampError
 from ...methods.samp import goals as sampling
 from ...motion import Goal
+from ...scene.furniture.floor import floor_beside
+from ...scene.geometry import SceneGeometry, extent
+from ...scene.navmesh import navmesh as navigation
 from ...scene.seats import seats
 from ...scene.seats.support import SupportMap
-from ..character import armature
-from ..scene import read_scene
+from ..character import characters
+from ..scene import pieces, read_scene
 from ..scene.read_scene import OVERLAY_KEY, Target
 
 COLLECTION = "SAMP Goals"
@@ -36,8 +39,11 @@ def sample_goals(
     target: name of an object, empty or collection. The rest of the scene, without characters, is an obstacle. Raise
     SampError where the target is unknown or has no place for a body.
     """
-    furniture, around = _surroundings(context, target)
-    found = sampling.sample_goals(furniture.triangles, action, count, seed, around)
+    furniture, around, floor = _surroundings(context, target, action)
+    try:
+        found = sampling.sample_goals(furniture.triangles, action, count, seed, around, floor)
+    except NoPlaceError as error:
+        raise SampError(str(error).replace("this object", f"'{furniture.name}'")) from error
     for arrow in arrows(context, furniture.name, action):
         bpy.data.objects.remove(arrow)
     return add_goals(context, found, furniture.name)
@@ -79,9 +85,15 @@ def clear(context: bpy.types.Context) -> int:
     return len(found)
 
 
-def read_goals(context: bpy.types.Context, target: Target, action: str | None = None) -> list[Goal]:
+def read_goals(
+    context: bpy.types.Context,
+    target: Target,
+    action: str | None = None,
+    scene: SceneGeometry | None = None,
+) -> list[Goal]:
     """Return the goals of the arrows on a target, each snapped to the surface.
 
+    scene: in which the target may lie on a frame or hang; left out, it stands on the floor.
     If any of the arrows are selected, only those are used. Raise SampError, naming the arrow, where it points up or
     down or nothing below it supports a body.
     """
@@ -91,7 +103,7 @@ def read_goals(context: bpy.types.Context, target: Target, action: str | None = 
     found = [arrow for arrow in visible if arrow.select_get()] or found
     if not found:
         return []
-    support = seats.support_map(target.triangles)
+    support = seats.support_map(target.triangles, None if scene is None else _floor(scene, target))
     return [_snap(support, arrow) for arrow in found]
 
 
@@ -127,8 +139,21 @@ def _matrix(goal: Goal) -> Matrix:
     return Matrix(matrix.tolist())
 
 
-def _surroundings(context: bpy.types.Context, target: str) -> tuple[Target, np.ndarray]:
-    """Return the target and the triangles (G, 3, 3) of the rest of the scene without characters, network frame."""
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
-    furniture = read_scene.read_target(context, target, people)
-    return furniture, read_scene.read_scene(context, people).without(furniture.parts).triangles
+def _surroundings(
+    context: bpy.types.Context, target: str, action: str
+) -> tuple[Target, np.ndarray, float | None]:
+    """Return the target with what belongs to it, the triangles (G, 3, 3) of the rest of the scene without characters,
+    and the height of the floor beside the target or None where it stands there; network frame."""
+    people = characters.people(context)
+    scene = read_scene.read_scene(context, people)
+    scene, furniture = pieces.piece(context, scene, read_scene.read_target(context, target, people), action)
+    return furniture, scene.without(furniture.parts).triangles, _floor(scene, furniture)
+
+
+def _floor(scene: SceneGeometry, target: Target) -> float | None:
+    """Return the height of the floor beside a target, or None where it stands there or nothing is walkable."""
+    try:
+        mesh = navigation.build(scene.triangles, cover=np.stack(extent(target.triangles)))
+    except PathError:
+        return None
+    return floor_beside(mesh, target.triangles)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -16,15 +17,15 @@ from ...scene.navmesh.navmesh import Agent, NavMesh
 from ...scene.navmesh.path import Path
 from ...scene.seats import seats
 from ...scene.voxels import InteractionGrid
-from ..character import armature
-from ..scene import read_scene
+from ..character import armature, characters
+from ..scene import pieces, read_scene
 from ..scene.read_scene import Target
-from . import drawing, goal_arrows
+from . import drawing, goal_arrows, start_marker, waypoints
 
 
 def voxelise(context: bpy.types.Context, target: str) -> tuple[bpy.types.Object, InteractionGrid]:
     """Voxelise a piece of furniture; return the overlay object and the grid."""
-    furniture = read_scene.read_target(context, target, _people(context))
+    furniture = read_scene.read_target(context, target, characters.people(context))
     yaw = seats.infer_front_yaw(furniture.triangles)
     grid = InteractionGrid.build(furniture.triangles, yaw, furniture.name)
     return drawing.draw_grid(context, grid, furniture.name), grid
@@ -34,7 +35,7 @@ def build_navmesh(
     context: bpy.types.Context, agent: Agent | None = None, cell: float = navigation.CELL
 ) -> tuple[bpy.types.Object, NavMesh]:
     """Build the scene's navmesh; return the overlay object and the navmesh. cell: metres."""
-    scene = read_scene.read_scene(context, _people(context))
+    scene = read_scene.read_scene(context, characters.people(context))
     mesh = navigation.build(scene.triangles, agent, cell)
     return drawing.draw_navmesh(context, mesh), mesh
 
@@ -49,38 +50,40 @@ def plan_path(
     """Plan the path to a piece of furniture or to a point; return the overlay curve and the path.
 
     target: name of the furniture; the path ends in front of its first goal (the artist's arrows first). to: (3,)
-    a point instead. start: (3,); by default where the character stands, or the 3D cursor without a character. Points
-    in metres, in Blender's world. Raise SampError where there is no goal or no path.
+    a point instead. start: (3,); by default the character's start marker, or the 3D cursor without a character. Points
+    in metres, in Blender's world. The path passes the artist's way-points. Raise SampError where there is no goal or no
+    path.
     """
-    people = _people(context)
+    people = characters.people(context)
     scene = read_scene.read_scene(context, people)
-    begin = _standing(context) if start is None else frames.to_network(np.array(start))
+    begin = _start(context) if start is None else frames.to_network(np.array(start))
     goal = end = None
     if to is not None:
         end = frames.to_network(np.array(to))
     elif target:
         furniture = read_scene.read_target(context, target, people)
+        scene, furniture = pieces.piece(context, scene, furniture, action)
         others = scene.without(furniture.parts).triangles
         goal = _goal_on(context, furniture, action, others)
         end = goal.position
     else:
         raise SampError("The path has no end; give a target or a point.")
-    mesh = navigation.build(scene.triangles, cover=np.stack([begin, end]))
-    path = paths.plan(mesh, begin, end) if goal is None else paths.plan_to_goal(mesh, begin, goal)
+    via = waypoints.positions(context)
+    mesh = navigation.build(scene.triangles, cover=np.stack([begin, *via, end]))
+    legs = []
+    for place in via:
+        legs.append(paths.plan(mesh, begin, place).waypoints)
+        begin = legs[-1][-1]
+    last = paths.plan(mesh, begin, end) if goal is None else paths.plan_to_goal(mesh, begin, goal)
+    path = replace(last, waypoints=np.concatenate([*(leg[:-1] for leg in legs), last.waypoints]))
     return drawing.draw_path(context, path), path
 
 
-def _people(context: bpy.types.Context) -> list[bpy.types.Object]:
-    return [obj for obj in context.scene.objects if armature.is_smplx(obj)]
-
-
-def _standing(context: bpy.types.Context) -> np.ndarray:
-    """Return the floor point (3,) under the character, or the 3D cursor; metres, network frame."""
-    if not _people(context):
+def _start(context: bpy.types.Context) -> np.ndarray:
+    """Return the floor point (3,) at which the character's takes start, or the 3D cursor; metres, network frame."""
+    if not any(armature.is_smplx(obj) for obj in context.scene.objects):
         return frames.to_network(np.array(context.scene.cursor.location))
-    owner = armature.find(context)
-    pelvis, _ = armature.standing_place(owner)
-    return pelvis + [0.0, armature.calibrate(owner).rest_joints[:, 1].min(), 0.0]
+    return start_marker.place(context, armature.find(context))[0]
 
 
 def _goal_on(context: bpy.types.Context, furniture: Target, action: str, others: np.ndarray) -> Goal:

@@ -97,6 +97,23 @@ def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 @contextmanager
+def own_camera(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
+    """Render with a camera of the sheet's own, also where timeline markers switch the scene's camera."""
+    before = scene.camera
+    bound = [(marker, marker.camera) for marker in scene.timeline_markers if marker.camera is not None]
+    for marker, _ in bound:
+        marker.camera = None
+    camera = add_camera(scene)
+    try:
+        yield camera
+    finally:
+        bpy.data.cameras.remove(camera.data)
+        for marker, shot in bound:
+            marker.camera = shot
+        scene.camera = before
+
+
+@contextmanager
 def shadows_of_bodies(scene: bpy.types.Scene) -> Iterator[None]:
     """Let only bodies cast shadows: theirs show foot contact, those of furniture are slow to render."""
     before = {obj: obj.display.show_shadows for obj in scene.objects if obj.type == "MESH"}
@@ -121,20 +138,17 @@ def pictures(
 ) -> list[np.ndarray]:
     """Render frames (indices of the track) from one side as (H, W, 3); `show` sets the scene to a frame."""
     workbench.prepare(scene, *size)
-    camera, tiles = add_camera(scene), []
-    try:
-        with shadows_of_bodies(scene):
-            for count, frame in enumerate(frames):
-                show(frame)
-                centre, angle, distance = _framing(track, frame, view.follow)
-                camera.data.clip_start = distance - _REACH if view.follow else 0.1
-                _aim(camera, view, centre, angle, distance)
-                if labels is not None:
-                    workbench.stamp(scene, labels[count])
-                tiles.append(workbench.picture(scene))
-        return tiles
-    finally:
-        bpy.data.cameras.remove(camera.data)
+    tiles = []
+    with own_camera(scene) as camera, shadows_of_bodies(scene):
+        for count, frame in enumerate(frames):
+            show(frame)
+            centre, angle, distance = _framing(track, frame, view.follow)
+            camera.data.clip_start = distance - _REACH if view.follow else 0.1
+            _aim(camera, view, centre, angle, distance)
+            if labels is not None:
+                workbench.stamp(scene, labels[count])
+            tiles.append(workbench.picture(scene))
+    return tiles
 
 
 def tile(tiles: Sequence[np.ndarray], columns: int) -> np.ndarray:

@@ -14,14 +14,11 @@ from ...rigs import guessing, maps, retargeting
 from ...rigs.rig import Rig
 from .. import compat
 from ..actions import channels, keyframes
-from ..character import armature, character
+from ..character import armature, character, characters
 from . import bone_table, read_rig
 
 REPORTED = 0.01
 """Metres: foot errors above this are reported."""
-
-CARRIED = "samp_carried"
-"""Custom property of a carried Action: its source."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +82,7 @@ def carry_to_rig(
         bpy.data.actions.remove(action)
         raise
     action.use_fake_user = True
-    action[CARRIED] = {"action": take.name, "armature": source.name}
+    action[characters.CARRIED] = {"action": take.name, "armature": source.name, "rig": owner.name}
     keyframes.activate_action(owner, action)
     body = sum(joint in bones for joint in skeleton.BODY_JOINTS)
     constrained = tuple(rig.names[link.bone] for link in carried.fit.links if rig.constrained[link.bone])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
 import bpy
+from mathutils import Matrix
 
 from ...atomic_file import atomic_write
 from ...errors import SampError
@@ -34,6 +36,12 @@ IMPORTERS: dict[str, Callable[[str], None]] = {
     ".usdc": compat.import_usd,
     ".usdz": compat.import_usd,
 }
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+"""Metres of each unit that an imported file can be in."""
+
+CONVERTED_KEY = "samp_converted"
+"""Custom property of a scene whose units or axes were given."""
+
 FORMATS = (".blend", *IMPORTERS)
 
 
@@ -51,6 +59,7 @@ def open_scene(path: str | Path) -> None:
     try:
         if kind == ".blend":
             bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+            leave_modes()
             return
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         IMPORTERS[kind](str(path))
@@ -62,13 +71,37 @@ def open_scene(path: str | Path) -> None:
         raise SampError(f"'{path.name}' has no objects or cannot be read; open it in Blender to check.")
 
 
-def open_for_job(path: Path | None) -> bpy.types.Context:
+def open_for_job(path: Path | None, units: str | None = None, up: str | None = None) -> bpy.types.Context:
     """Open a file afresh, so that no job finds what another one has made; None is the scene of a Blender that was
-    never saved. Return the context. Raise SampError as `open_scene`.
+    never saved.
+
+    units, up: of an imported file, a key of METRES and the axis "Y" or "Z" that points up in it. Return the context.
+    Raise SampError as `open_scene`.
     """
     if path is not None:
         open_scene(path)
+        if units or up:
+            _convert(bpy.context.scene, METRES[units or "m"], up == "Z")
+            bpy.context.scene[CONVERTED_KEY] = " ".join(filter(None, (units, up)))
     return bpy.context
+
+
+def _convert(scene: bpy.types.Scene, metres: float, turned: bool) -> None:
+    """Scale an imported scene to metres, and turn it upright where the importer expected Y up and the file has Z up."""
+    change = Matrix.Scale(metres, 4)
+    if turned:
+        change = Matrix.Rotation(math.radians(-90), 4, "X") @ change
+    bpy.context.view_layer.update()
+    for obj in scene.objects:
+        if obj.parent is None:
+            obj.matrix_world = change @ obj.matrix_world
+    bpy.context.view_layer.update()
+
+
+def leave_modes() -> None:
+    """Go to Object Mode: a file may have been saved in Edit, Sculpt or Weight Paint Mode."""
+    if bpy.context.mode != "OBJECT" and bpy.ops.object.mode_set.poll():
+        bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def is_open() -> bool:

@@ -9,14 +9,19 @@ import numpy as np
 
 from ...errors import SampError
 from ...methods.scene_view import SceneView
+from ...scene import geometry
 from ..actions import keyframes
 from ..character import armature
+from .open_scene import CONVERTED_KEY
 
 HEIGHTS = (0.5, 3.5)
 """Plausible metres from sole to head joint; larger characters were modelled in centimetres or feet."""
 
 LARGEST = 12.0
 """Largest plausible extent of furniture in metres, checked where the scene's unit is not the metre."""
+
+FLAT, LEAST_STOREY = 2.0, 4.0
+"""How much wider and taller than deep a scene on its side is at least, and its least height in metres."""
 
 FARTHEST = 250.0
 """Longest walk of a take in metres; a larger navmesh is too coarse."""
@@ -50,17 +55,41 @@ def _check_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
 
 
 def _check_units(context: bpy.types.Context, views: Sequence[SceneView]) -> None:
-    """Raise SampError for furniture as large as a house in a scene whose unit is not the metre."""
+    """Raise SampError for furniture as large as a house, where the scene's unit is not the metre or is not known.
+
+    An imported file says nothing of its units and axes. A house can be the target of a walk in a .blend.
+    """
+    imported = not bpy.data.filepath and not context.scene.get(CONVERTED_KEY)
     for view in views:
         target = view.target
-        if target is None or not _unit_scale(context):
+        if target is None:
             continue
-        size = float(np.ptp(target, axis=(0, 1)).max())
-        if size > LARGEST:
+        size = np.ptp(target, axis=(0, 1))
+        tall = imported and size[1] > LARGEST
+        if size.max() > LARGEST and (_unit_scale(context) or tall):
+            unit = "mm" if size.max() > 600 else "cm"
+            words = {"mm": "millimetres", "cm": "centimetres"}[unit]
+            advice = f" (for the batch: --units {unit})" if imported else ""
             raise SampError(
-                f"The furniture is {size:.0f} units large, and a unit is a metre here; "
-                f"scale it and the room to metres{_unit_scale(context)}."
+                f"The furniture is {size.max():.0f} units large, and a unit is a metre here; the scene is probably in "
+                f"{words}, so scale it and the room to metres{advice}{_unit_scale(context)}."
             )
+    if imported and views and _on_its_side(views[0].geometry.triangles):
+        raise SampError(
+            "The scene lies on its side: its floor stands upright; turn it by 90 degrees about X (for the batch: "
+            "--up Z, or --up Y if it is right)."
+        )
+
+
+def _on_its_side(triangles: np.ndarray) -> bool:
+    """Return whether a scene (F, 3, 3) is flat along Blender's Y axis, and most of its surface faces that way."""
+    if len(triangles) == 0:
+        return False
+    size = np.subtract(*geometry.extent(triangles)[::-1])
+    if size[2] * FLAT > min(size[0], size[1]) or size[1] < LEAST_STOREY:
+        return False
+    area = np.abs(geometry.area_vectors(triangles)).sum(axis=0)
+    return bool(area[2] > 1.05 * area[1])
 
 
 def _check_distance(context: bpy.types.Context, views: Sequence[SceneView]) -> None:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
-from ... import frames
 from ...errors import SampError
 from ...scene import geometry
 from ...scene.geometry import SceneGeometry
-
-OVERLAY_KEY = "samp_overlay"
-"""Custom property of overlay objects of this add-on; they are never part of the scene."""
+from . import meshes
+from .meshes import OVERLAY_KEY
+from .regions import Region, find_region
 
 CUSHION_KEY = "samp_cushion"
 """Custom property of an object: metres that it yields under a body; 0 if missing."""
@@ -26,38 +25,70 @@ SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
 @dataclass(frozen=True)
 class Target:
-    """A piece of furniture. triangles: (F, 3, 3) metres, network frame. parts: the names of its objects."""
+    """A piece of furniture. triangles: (F, 3, 3) metres, network frame. parts: the names of its objects. hint: a point
+    (3,) on the part of a joined room that was named, or None."""
 
     name: str
     triangles: np.ndarray
     parts: tuple[str, ...]
+    hint: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Member:
+    """An object inside a collection instance, such as a sofa of a linked set."""
+
+    instancer: bpy.types.Object
+    obj: bpy.types.Object
+
+    @property
+    def name(self) -> str:
+        """INSTANCE/MEMBER, as the pieces of a scene are named."""
+        return f"{self.instancer.name}/{self.obj.name}"
 
 
 def read_scene(context: bpy.types.Context, exclude: Iterable[bpy.types.Object] = ()) -> SceneGeometry:
-    """Return the world-space triangles of all objects visible in the active view layer and in renders.
+    """Return the world-space triangles of all objects of the active view layer that a render shows.
 
-    Modifiers, instances, collection instances and parents are applied. Objects of ``exclude`` are left out with
-    their children and skinned meshes. An instance has the name of its instancer. Raise SampError, naming the
-    object, for NaN.
+    Modifiers, instances, collection instances and parents are applied. Objects that are hidden in the viewport only
+    are read without their modifiers. Objects of ``exclude`` are left out with their children and skinned meshes, and
+    so are collision hulls, fog and scattered blades. An instance has the name of its instancer, a member of a
+    collection instance INSTANCE/MEMBER. Raise SampError, naming the object, for NaN.
     """
     left_out = with_dependants(context, exclude)
-    return SceneGeometry.from_objects(_gather(context, lambda owner: owner not in left_out))
+    return SceneGeometry.from_objects(
+        meshes.gather(context, lambda owner: owner not in left_out, hidden=True)
+    )
 
 
 def cushion_depths(context: bpy.types.Context, names: Iterable[str]) -> np.ndarray:
     """Return the cushion depth (N,) in metres of objects by name. Raise SampError for an invalid depth."""
-    objects = context.scene.objects
-    return np.array([_cushion(objects[name]) if name in objects else 0.0 for name in names], dtype=np.float64)
+    members = _members_by_name(context)
+    return np.array([_cushion_of(context, name, members) for name in names], dtype=np.float64)
 
 
-def _cushion(obj: bpy.types.Object) -> float:
-    """Return an object's own depth, or its nearest parent's; else the largest in a collection that it instances."""
+def _cushion_of(context: bpy.types.Context, name: str, members: dict[str, Member]) -> float:
+    if name in context.scene.objects:
+        return _cushion(context.scene.objects[name])
+    if name not in members:
+        return 0.0
+    shown = members[name]
+    collection = shown.instancer.instance_collection
+    of_all = _depth(collection) if CUSHION_KEY in collection else 0.0
+    return _cushion(shown.obj, inherit=True) or _cushion(shown.instancer, inherit=True) or of_all
+
+
+def _cushion(obj: bpy.types.Object, inherit: bool = False) -> float:
+    """Return an object's own depth, or its nearest parent's; else the largest in a collection that it instances.
+
+    inherit: do not look into the collection.
+    """
     holder = obj
     while holder is not None:
         if CUSHION_KEY in holder:
             return _depth(holder)
         holder = holder.parent
-    if obj.instance_type != "COLLECTION" or obj.instance_collection is None:
+    if inherit or obj.instance_type != "COLLECTION" or obj.instance_collection is None:
         return 0.0
     shown = (obj.instance_collection, *obj.instance_collection.all_objects)
     return max((_depth(part) for part in shown if CUSHION_KEY in part), default=0.0)
@@ -80,23 +111,69 @@ def read_target(
     Raise SampError where the name is unknown (with close names), or the target is hidden or has no surface.
     """
     found = find_target(context, target) if isinstance(target, str) else target
-    parts = _members(found) - with_dependants(context, exclude)
-    pieces = _gather(context, lambda owner: owner in parts)
+    hint = None
+    if isinstance(found, Region):
+        hint, found = found.point, found.obj
+    if isinstance(found, Member):
+        inside = _families([found.obj])
+        pieces = meshes.gather(context, lambda owner: owner == found.instancer, inside)
+        parts = {found.instancer}
+    else:
+        parts = _members(found) - with_dependants(context, exclude)
+        pieces = meshes.gather(context, lambda owner: owner in parts)
     if not pieces:
         _raise_nothing_read(context, found, parts)
     scene = SceneGeometry.from_objects(pieces)
     geometry.require_surface(scene.triangles, found.name)
-    return Target(found.name, scene.triangles, scene.names)
+    return Target(found.name, scene.triangles, scene.names, hint)
 
 
-def find_target(context: bpy.types.Context, name: str) -> bpy.types.Object | bpy.types.Collection:
-    """Return the object or collection of this name. Raise SampError with close names where there is none."""
+def find_member(context: bpy.types.Context, name: str) -> Member | None:
+    """Return the member of a collection instance by INSTANCE/MEMBER, or by its own name where only one has it."""
+    members = _members_by_name(context)
+    same = [member for member in members.values() if member.obj.name == name]
+    return members.get(name) or (same[0] if len(same) == 1 else None)
+
+
+def _members_by_name(context: bpy.types.Context) -> dict[str, Member]:
+    """Return INSTANCE/MEMBER -> member for all collection instances of the scene."""
+    instancers = [
+        o for o in context.scene.objects if o.instance_type == "COLLECTION" and o.instance_collection
+    ]
+    found = (Member(owner, obj) for owner in instancers for obj in _everything(owner.instance_collection))
+    return {member.name: member for member in found}
+
+
+def _everything(collection: bpy.types.Collection) -> list[bpy.types.Object]:
+    """Return the objects of a collection and of the collections that these instance."""
+    found, waiting = {}, [collection]
+    while waiting:
+        for obj in waiting.pop().all_objects:
+            if obj not in found:
+                found[obj] = None
+                if obj.instance_type == "COLLECTION" and obj.instance_collection is not None:
+                    waiting.append(obj.instance_collection)
+    return list(found)
+
+
+def find_target(
+    context: bpy.types.Context, name: str
+) -> bpy.types.Object | bpy.types.Collection | Member | Region:
+    """Return the object or collection of this name, or the member of a collection instance, INSTANCE/MEMBER.
+
+    OBJECT/NAME is the part of a mesh with the material or vertex group of this name. Raise SampError with close names
+    where there is none.
+    """
     objects = context.scene.objects
     collections = {c.name: c for c in context.scene.collection.children_recursive}
     found = objects.get(name) or collections.get(name)
     if found is not None:
         return found
+    found = find_member(context, name) or find_region(context, name)
+    if found is not None:
+        return found
     known = [o.name for o in objects if not o.get(OVERLAY_KEY)] + list(collections)
+    known += _members_by_name(context)
     close = close_names(name, known)
     if close:
         raise SampError(f"There is no '{name}' in the scene; did you mean {close}?")
@@ -147,92 +224,16 @@ def _families(roots: Iterable[bpy.types.Object]) -> set[bpy.types.Object]:
     return found
 
 
-def _gather(
-    context: bpy.types.Context, wanted: Callable[[bpy.types.Object], bool]
-) -> list[tuple[str, np.ndarray]]:
-    """Return (name, triangles in the network frame) of each accepted original object with faces."""
-    pieces: dict[str, list[np.ndarray]] = {}
-    for owner, instance, renderable in _shown_meshes(context):
-        if renderable and wanted(owner):
-            points, corners = _local_mesh(instance.object, owner)
-            if len(corners):
-                pieces.setdefault(owner.name, []).append(_transform(points, corners, instance.matrix_world))
-    return [(name, np.concatenate(parts)) for name, parts in pieces.items()]
-
-
-def _shown_meshes(
-    context: bpy.types.Context,
-) -> Iterator[tuple[bpy.types.Object, bpy.types.DepsgraphObjectInstance, bool]]:
-    """Yield (original owner, instance, whether a render shows it) of each mesh visible in the view layer.
-
-    Curves, text, metaballs and surfaces appear as instances of their evaluated meshes.
-    """
-    rendered = _rendered_objects(context.scene.collection)
-    inside: dict[bpy.types.Collection, set[bpy.types.Object]] = {}
-    for instance in context.evaluated_depsgraph_get().object_instances:
-        if instance.object.type != "MESH" or not instance.show_self:
-            continue
-        owner = (instance.parent if instance.is_instance else instance.object).original
-        if owner.get(OVERLAY_KEY):
-            continue
-        renderable = owner in rendered
-        if renderable and instance.is_instance and owner.instance_type == "COLLECTION":
-            collection = owner.instance_collection
-            if collection not in inside:
-                inside[collection] = _rendered_objects(collection, follow=True)
-            renderable = instance.object.original in inside[collection]
-        yield owner, instance, renderable
-
-
-def _rendered_objects(collection: bpy.types.Collection, follow: bool = False) -> set[bpy.types.Object]:
-    """Return objects below a collection that are enabled in renders; ``follow`` enters collection instances."""
-    if collection.hide_render:
-        return set()
-    found = {obj for obj in collection.objects if not obj.hide_render}
-    for obj in tuple(found) if follow else ():
-        if obj.instance_type == "COLLECTION" and obj.instance_collection:
-            found |= _rendered_objects(obj.instance_collection, follow)
-    for child in collection.children:
-        found |= _rendered_objects(child, follow)
-    return found
-
-
-def _local_mesh(evaluated: bpy.types.Object, owner: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (V, 3) of an evaluated mesh object in local space, and triangle corners (F, 3)."""
-    if owner.mode != "EDIT":
-        return _read_mesh(evaluated.data)
-    # In edit mode the evaluated mesh only wraps the edit mesh.
-    try:
-        return _read_mesh(evaluated.to_mesh())
-    finally:
-        evaluated.to_mesh_clear()
-
-
-def _read_mesh(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
-    mesh.calc_loop_triangles()
-    points = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
-    mesh.vertices.foreach_get("co", points.ravel())
-    mesh.loop_triangles.foreach_get("vertices", corners.ravel())
-    return points, corners
-
-
-def _transform(points: np.ndarray, corners: np.ndarray, matrix: object) -> np.ndarray:
-    """Return triangles (F, 3, 3) in the network frame of a mesh with its object's matrix."""
-    world = np.array(matrix, dtype=np.float64)
-    # One product applies both the object's matrix and the change of axes; there may be millions of vertices.
-    turned = frames.to_network(world[:3, :3].T)
-    # Reverse the winding of mirrored objects, so that normals still point outwards.
-    corners = corners[:, ::-1] if np.linalg.det(turned) < 0 else corners
-    return (points @ turned + frames.to_network(world[:3, 3])).take(corners, axis=0)
-
-
 def _raise_nothing_read(
     context: bpy.types.Context,
-    target: bpy.types.Object | bpy.types.Collection,
+    target: bpy.types.Object | bpy.types.Collection | Member,
     parts: set[bpy.types.Object],
 ) -> None:
-    rendered = _rendered_objects(context.scene.collection)
+    if parts and all(map(meshes.is_hull, parts)):
+        raise SampError(
+            f"'{target.name}' is a collision hull and not furniture; choose the object it encloses."
+        )
+    rendered = meshes.rendered_objects(context.scene.collection)
     solid = (o for o in parts if o.type in SURFACE_TYPES or o.instance_type == "COLLECTION")
     if any(o not in rendered or not o.visible_get(view_layer=context.view_layer) for o in solid):
         raise SampError(f"'{target.name}' is hidden in the viewport or in renders; show it in both.")

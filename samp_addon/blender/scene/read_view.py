@@ -13,9 +13,10 @@ from ...methods import registry
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...scene.geometry import SceneGeometry
+from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
-from . import read_scene
+from . import pieces, read_scene
 
 Place = tuple[np.ndarray, float | None]
 """Floor position (3,) and yaw in radians, network frame."""
@@ -38,9 +39,12 @@ def read_view(
     needs, found = registry.find(step.method).needs, {}
     if step.target and "target" in needs:
         target = read_scene.read_target(context, step.target, people)
+        if step.action in SEATED:
+            geometry, target = pieces.piece(context, geometry, target, step.action)
+            found["characters"] = pieces.characters(context)
         found |= {"target": target.triangles, "parts": target.parts}
         if "goals" in needs:
-            found["goals"] = goal_arrows.read_goals(context, target, step.action)
+            found["goals"] = goal_arrows.read_goals(context, target, step.action, geometry)
     if step.to is not None and "destination" in needs:
         found["destination"] = place(step.to)
     if "start" in needs:
@@ -56,9 +60,7 @@ def start_of(start: Sequence[float] | None, owner: bpy.types.Object | None) -> P
         return place(start)
     if owner is None:
         return None
-    pelvis, yaw = armature.standing_place(owner)
-    rest = armature.calibrate(owner).rest_joints
-    return pelvis + [0.0, rest[:, 1].min(), 0.0], yaw
+    return armature.standing_floor(owner)
 
 
 def place(numbers: Sequence[float]) -> Place:

@@ -6,7 +6,9 @@ import bpy
 import numpy as np
 
 from ...errors import SampError
+from ...scene.furniture import parts
 from ..overlays.goal_arrows import TARGET_KEY
+from . import candidates
 
 LARGEST = 4.0
 """Largest width of furniture in metres; a larger parent is a part of the room."""
@@ -16,15 +18,15 @@ def clicked_target(context: bpy.types.Context) -> str:
     """Return the name of the furniture that is active or selected; for a goal's arrow, its target.
 
     A click selects one cushion of a sofa whose parts have a common parent: the target is the highest parent
-    of furniture size. Characters are skipped. Raise SampError where nothing fits.
+    of furniture size. Characters, lights, cameras and floors are skipped. Raise SampError where nothing fits.
     """
     active = context.view_layer.objects.active
     for obj in ([active] if active is not None else []) + list(context.selected_objects):
         if obj.get(TARGET_KEY):
             return obj[TARGET_KEY]
-        if not _is_character(obj):
+        if candidates.is_furniture(obj):
             return _whole(obj).name
-    raise SampError("No furniture is selected; select it, or choose a target.")
+    raise SampError(f"{candidates.why_none(context)}; select furniture, or choose a target.")
 
 
 def _is_character(obj: bpy.types.Object) -> bool:
@@ -32,18 +34,43 @@ def _is_character(obj: bpy.types.Object) -> bool:
 
 
 def _whole(obj: bpy.types.Object) -> bpy.types.Object:
-    """Return the highest parent of furniture size."""
-    while obj.parent and not _is_character(obj.parent) and _width(obj.parent) <= LARGEST:
+    """Return the highest parent of furniture size that has no floor of its own, as the root of a diorama has."""
+    while (
+        obj.parent
+        and not _is_character(obj.parent)
+        and _width(obj.parent) <= LARGEST
+        and not _has_floor(obj.parent, obj)
+    ):
         obj = obj.parent
     return obj
 
 
-def _width(obj: bpy.types.Object) -> float:
-    """Return the horizontal extent in metres of an object and its children, from bounding boxes."""
+def _has_floor(root: bpy.types.Object, piece: bpy.types.Object) -> bool:
+    """Return whether another child of a root is a slab under all of it."""
+    whole = _box(root)
+    size = whole[1] - whole[0]
+    if size[0] * size[1] < parts.SMALLEST_ROOM or size[2] < parts.LOWEST_ROOM:
+        return False
+    for child in root.children_recursive:
+        if child.type == "MESH" and child != piece and child not in piece.children_recursive:
+            low, high = _box(child)
+            wide = (high - low)[:2].prod() > parts.FLOOR_SHARE * size[0] * size[1]
+            if wide and high[2] < whole[0, 2] + parts.SLAB:
+                return True
+    return False
+
+
+def _box(obj: bpy.types.Object) -> np.ndarray:
+    """Return the corners (2, 3) of the box around an object and its children, Blender's axes."""
     corners = [
-        np.array(part.matrix_world)[:2] @ np.append(np.array(corner), 1.0)
+        np.array(part.matrix_world)[:3] @ np.append(np.array(corner), 1.0)
         for part in [obj, *obj.children_recursive]
         if part.type == "MESH"
         for corner in part.bound_box
     ]
-    return float(np.ptp(np.array(corners), axis=0).max()) if corners else 0.0
+    return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)]) if corners else np.zeros((2, 3))
+
+
+def _width(obj: bpy.types.Object) -> float:
+    """Return the horizontal extent in metres of an object and its children, from bounding boxes."""
+    return float(np.ptp(_box(obj), axis=0)[:2].max())

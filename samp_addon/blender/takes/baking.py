@@ -6,10 +6,12 @@ Three steps: `read` the scene; the driver makes the takes without Blender (pipel
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import bpy
 
@@ -25,25 +27,31 @@ from ...pipeline.job import Job
 from ...progress import Progress
 from ...scene.geometry import SceneGeometry
 from ..actions import keyframes, notes, refine_action
-from ..character import armature, character
+from ..character import armature, character, characters, start
+from ..overlays import start_marker
 from ..scene import preconditions, read_scene, read_view
 from ..thread_run import Slices, ThreadRun, run_to_completion
-from . import reporting
+from . import continuing, reporting, seen
 from .rollback import Rollback
 
 MEASURED_AT_ONCE = min(4, os.cpu_count() or 1)  # takes
 A_MOMENT = 0.02  # seconds
 LONGEST_NAME = 50  # of an Action, before its seed: Blender's own limit is 63
 
+StartFrom = Literal["STANDING", "MARKER", "POSE"]
+
 
 @dataclass(frozen=True)
 class Plan:
     """A job read from the scene. geometry: of all furniture, for the measures. owner: the armature that gets the
-    takes; None to make the default human."""
+    takes; None to make the default human. frame_start: of the takes. marked: whether the character gets a start marker
+    if it has none."""
 
     work: Work
     geometry: SceneGeometry
     owner: bpy.types.Object | None
+    frame_start: int
+    marked: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,20 +72,26 @@ def run(
     new_character: bool = False,
     store: Store | None = None,
     on_take: Callable[[Take], None] = lambda take: None,
+    start_from: StartFrom = "STANDING",
 ) -> Result:
     """Do the whole job. Raise SampError if not one take can be made, and whatever progress raises.
 
-    new_character: if none is named, make one even if one is there. store, on_take: see driver.run.
+    new_character, start_from: see `read`. store, on_take: see driver.run.
     """
-    plan = read(context, job, new_character)
+    plan = read(context, job, new_character, start_from)
     takes, failures = driver.run(plan.work, progress, tools, store, on_take)
     return write(context, plan, takes, failures, progress)
 
 
-def begin(context: bpy.types.Context, job: Job, tools: Toolbox | None = None) -> ThreadRun:
+def begin(
+    context: bpy.types.Context,
+    job: Job,
+    tools: Toolbox | None = None,
+    start_from: StartFrom = "STANDING",
+) -> ThreadRun:
     """Start the job in a thread beside Blender's window, to be finished into a Result. Raise SampError where it cannot
-    be done."""
-    plan = read(context, job)
+    be done. start_from: see `read`."""
+    plan = read(context, job, start_from=start_from)
     return ThreadRun(
         lambda progress: driver.run(plan.work, progress, tools),
         lambda context, made: in_slices(context, plan, *made),
@@ -85,22 +99,36 @@ def begin(context: bpy.types.Context, job: Job, tools: Toolbox | None = None) ->
     )
 
 
-def read(context: bpy.types.Context, job: Job, new_character: bool = False) -> Plan:
-    """Return all that the job needs of the scene. new_character: see `run`."""
+def read(
+    context: bpy.types.Context, job: Job, new_character: bool = False, start_from: StartFrom = "STANDING"
+) -> Plan:
+    """Return all that the job needs of the scene.
+
+    new_character: if none is named, make one even if one is there. start_from: where a job without a start of its own
+    begins: where the character stands now, at its start marker, or in its current pose at the current frame.
+    """
     owner = _owner(context, job, new_character)
-    # Characters move: where another one stands now is no obstacle.
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    people = characters.people(context)
     geometry = read_scene.read_scene(context, people)
-    start = read_view.start_of(job.start, owner)
+    before = None
+    if owner is not None and job.start is None and start_from == "POSE":
+        before = continuing.read(context, owner)
+    elif start_from == "MARKER":
+        job = start_marker.at_marker(context, job, owner)
+    begin_at = read_view.start_of(job.start, owner) if before is None else before.place
+    targets = [context.scene.objects.get(step.target) for step in job.steps if step.target]
+    seen.require_still(context, owner, [obj for obj in targets if obj is not None])
     views = [
-        read_view.read_view(context, step, geometry, start, people, first=number == 0)
+        read_view.read_view(context, step, geometry, begin_at, people, first=number == 0)
         for number, step in enumerate(job.steps)
     ]
     preconditions.check(context, owner, views)
-    if not job.refine:
-        return Plan(Work(job, views), geometry, owner)
-    body = human.load() if owner is None else character.body_of(owner)
-    return Plan(Work(job, views, refine_action.surroundings(context, geometry), body), geometry, owner)
+    work = Work(job, continuing.views_after(views, before, job.seeds), pose=before and before.pose)
+    if job.refine:
+        body = human.load() if owner is None else character.body_of(owner)
+        work = replace(work, surroundings=refine_action.surroundings(context, geometry), body=body)
+    first = context.scene.frame_start if before is None else before.frame
+    return Plan(work, geometry, owner, first, start_from != "STANDING")
 
 
 def write(
@@ -139,7 +167,7 @@ def in_slices(
                     owner,
                     take.motion,
                     _name(plan.work.job, take),
-                    context.scene.frame_start,
+                    plan.frame_start,
                     context.scene,
                     False,
                 )
@@ -147,8 +175,9 @@ def in_slices(
             if take.goal is not None:
                 notes.write_goal(action, take.goal)
             notes.write_ground(action, take.laid_ground)
-            shown = keyframes.read_motion(owner, action, scene=context.scene)
-            measured.append(pool.submit(reporting.measured, shown, take, obstacles, body))
+            shown, off = seen.shown_motion(context, owner, action)
+            remarked = replace(take, remarks=(*take.remarks, *off))
+            measured.append(pool.submit(reporting.measured, shown, remarked, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:
                 yield "Measuring", count / len(takes)
@@ -156,11 +185,14 @@ def in_slices(
             variants.append(reporting.entry(context, plan.work.job, take, action, owner, numbers))
             before = None if take.refined is None else take.refined.before
             notes.write_measures(action, numbers.numbers, before)
+            notes.write_warnings(action, numbers.warnings)
     except BaseException:
         rollback()
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+    if plan.marked and (plan.owner is None or start.stored(owner) is None):
+        start_marker.show(context, owner)
     keyframes.activate_action(owner, written[0])
     return Result(owner, written, variants, list(failures))
 
@@ -173,10 +205,13 @@ def sentence(result: Result) -> str:
     if result.failures:
         text += f" {len(result.failures)} failed: {result.failures[0].message}"
     left = max(
-        (variant["refined"]["unsolved_cm"] for variant in result.variants if variant["refined"]), default=0
+        (variant["refined"]["unsolved_cm"] for variant in result.variants if "refined" in variant), default=0
     )
     if left > refine_action.UNSOLVED * 100:
         text += f" The body is still {left:.0f} cm deep in the scene somewhere."
+    doubtful = [variant for variant in result.variants if variant["warnings"]]
+    if doubtful:
+        text += f" {len(doubtful)} with warnings: {doubtful[0]['warnings'][0]}"
     return text
 
 
@@ -199,7 +234,9 @@ def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
 
 
 def _name(job: Job, take: Take) -> str:
-    """Return the name of a take's Action: what it does and on what, and its seed."""
+    """Return a new name for a take's Action: what it does and on what, its seed, and a count where that is taken."""
     words = [" ".join(word for word in (step.action, step.target) if word) for step in job.steps]
     text = ", ".join(word for word in words if word) or registry.find(take.method).label
-    return f"{text[:LONGEST_NAME]} {take.seed}"
+    name = f"{text[:LONGEST_NAME]} {take.seed}"
+    again = (f"{name} ({count})" for count in itertools.count(2))
+    return name if name not in bpy.data.actions else next(n for n in again if n not in bpy.data.actions)

@@ -43,6 +43,15 @@ def export_take(context: bpy.types.Context, path: str, kind: str = "FBX", charac
     return target
 
 
+def file_stem(context: bpy.types.Context, character: str = "", action_name: str = "") -> str:
+    """Return the name of a file for a character's Action, by default the active one: the Action's own."""
+    try:
+        _, action = keyframes.find_action(context, character, action_name)
+    except SampError:  # reported when the file is written
+        return "take"
+    return bpy.path.clean_name(action.name, replace="-")
+
+
 def _first_line(error: Exception) -> str:
     return (str(error).strip().splitlines() or [type(error).__name__])[-1]
 

@@ -11,8 +11,9 @@ from ...evaluation import feet, metrics
 from ...evaluation.obstacles import Obstacles
 from ...motion import Motion
 from ..actions import keyframes, notes
-from ..character import armature, character
+from ..character import character, characters
 from ..scene import read_scene
+from . import seen
 
 TEXT = "SAMP measures"
 """Name of the text block that holds the last measures."""
@@ -24,8 +25,8 @@ def measure_take(context: bpy.types.Context, name: str = "", action_name: str = 
     Raise SampError where there is no such character or Action.
     """
     owner, action = keyframes.find_action(context, name, action_name)
-    motion = keyframes.read_motion(owner, action, scene=context.scene)
-    people = [obj for obj in context.scene.objects if armature.is_smplx(obj)]
+    motion, _ = seen.shown_motion(context, owner, action)
+    people = characters.people(context)
     triangles = read_scene.read_scene(context, people).triangles
     return action.name, metrics.measure(
         motion, notes.read_goal(action), Obstacles(triangles), _floor(motion), character.body_of(owner)

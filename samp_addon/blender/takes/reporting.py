@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import frames
 from ...body.human import Human
-from ...evaluation import metrics
+from ...evaluation import guards, metrics
 from ...evaluation.obstacles import Obstacles
 from ...methods.take import Take
 from ...motion import Motion
@@ -32,12 +32,13 @@ class Measured:
     """The measures of a take as an armature shows it.
 
     begun: frame index in which the character begins to sit or lie, or None. numbers: evaluation.metrics.measure.
-    seconds: how long that took.
+    seconds: how long that took. warnings: what is wrong with the take, in sentences.
     """
 
     begun: int | None
     numbers: dict
     seconds: float
+    warnings: tuple[str, ...] = ()
 
 
 def measured(shown: Motion, take: Take, obstacles: Obstacles, body: Human) -> Measured:
@@ -45,7 +46,8 @@ def measured(shown: Motion, take: Take, obstacles: Obstacles, body: Human) -> Me
     begun = time.perf_counter()
     numbers = metrics.measure(shown, take.goal, obstacles, take.floor, body)
     rounded = {name: _rounded(value) for name, value in numbers.items()}
-    return Measured(shown.interaction_start, rounded, time.perf_counter() - begun)
+    warnings = (*take.remarks, *guards.warnings(numbers))
+    return Measured(shown.interaction_start, rounded, time.perf_counter() - begun, warnings)
 
 
 def entry(
@@ -81,9 +83,9 @@ def entry(
         "steps": _steps(job, take, int(first), scale),
         "attempts": take.attempts,
         "metrics": measured.numbers,
+        "warnings": list(measured.warnings),
         "seconds": {name: round(value, 3) for name, value in seconds.items()},
-        "refined": None if take.refined is None else _refined(take.refined),
-    }
+    } | ({} if take.refined is None else {"refined": _refined(take.refined)})
 
 
 def _goal(take: Take) -> dict:

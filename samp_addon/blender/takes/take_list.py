@@ -17,6 +17,29 @@ def takes() -> list[bpy.types.Action]:
     return [action for action in bpy.data.actions if notes.is_take(action)]
 
 
+def listed(settings: bpy.types.PropertyGroup) -> list[bpy.types.Action]:
+    """Return the takes of the list, by name: those of the chosen character, or all."""
+    chosen = settings.character if settings.only_character else None
+    return takes() if chosen is None else [action for action in takes() if _belongs(action, chosen)]
+
+
+def _belongs(action: bpy.types.Action, owner: bpy.types.Object) -> bool:
+    """Whether a take is a character's; also where its own character was renamed or is gone."""
+    name = action.get(notes.CHARACTER_KEY, owner.name)
+    return name == owner.name or name not in bpy.data.objects
+
+
+def step(settings: bpy.types.PropertyGroup, owner: bpy.types.Object, count: int) -> bpy.types.Action:
+    """Return the take that is so many rows below the character's active one; the list is a ring."""
+    rows = listed(settings)
+    if not rows:
+        raise SampError("There is no take yet; generate one first.")
+    active = owner.animation_data.action if owner.animation_data is not None else None
+    if active not in rows:
+        return rows[0 if count > 0 else -1]
+    return rows[(rows.index(active) + count) % len(rows)]
+
+
 def find(name: str) -> bpy.types.Action:
     """Return the take of this name. Raise SampError where there is none."""
     action = bpy.data.actions.get(name)

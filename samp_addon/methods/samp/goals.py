@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import SampError
+from ...errors import NoPlaceError, SampError
 from ...motion import Goal
 from ...scene.seats import seats
 from ...scene.seats.seats import Seat
@@ -69,7 +69,7 @@ def draw_goals(
     triangles: (F, 3, 3) of the object. count: number of goals. obstacles: (G, 3, 3) of everything else that the body
     must not hit. floor_height: metres; the object's lowest point if omitted. The same seed gives the same goals.
     Samples without support are drawn again; where the network finds too few, the search by geometry supplies the rest.
-    Raises SampError where there is no place to sit or lie.
+    Raises NoPlaceError where there is no place to sit or lie.
     """
     if action not in SEATED:
         raise SampError(
@@ -78,7 +78,7 @@ def draw_goals(
     piece = _piece(triangles, action, obstacles, floor_height)
     support, found, grid = piece.support, piece.found, piece.grid
     if not found:
-        raise SampError(f"There is no place to {action} on this object; {_advice(action)}.")
+        raise NoPlaceError(f"There is no place to {action} on this object; {_advice(action)}.")
     # Samples meet the criterion of the training labels: not much worse than the object's best place.
     best = found[0].score
     least, enough = seats.MIN_SCORE_SHARE[action] * best, GOOD * best
@@ -88,20 +88,24 @@ def draw_goals(
         if len(goals) == count:
             break
         snapped = seats.snap_to_map(support, sample, MAX_SHIFT, least, enough)
+        if snapped is not None and seats.wrong_way(piece.alone, snapped):
+            snapped = None
         rejected += snapped is None
         goals += [] if snapped is None else [snapped]
     missing = count - len(goals)
     # Cycle through the best places, starting at a different one for each seed.
-    goals += [found[(seed + k) % len(found)].goal for k in range(missing)]
+    right = [seat for seat in found if not seats.wrong_way(piece.alone, seat.goal)] or found
+    goals += [right[(seed + k) % len(right)].goal for k in range(missing)]
     return GoalSamples(goals, missing, rejected)
 
 
 @dataclass(frozen=True)
 class _Piece:
-    """What all samples on an object share: its support, the seats found by geometry, and the grid that the network
-    sees."""
+    """What all samples on an object share: its support, that without the obstacles, the seats found by geometry, and
+    the grid that the network sees."""
 
     support: SupportMap
+    alone: SupportMap
     found: list[Seat]
     grid: InteractionGrid | None
 
@@ -119,10 +123,14 @@ def _piece(
     key = digest(triangles), digest(obstacles), action, floor_height
     if key not in _pieces:
         support = seats.support_map(triangles, floor_height, obstacles)
-        found = seats.seats_on_map(support, action, seats.MANY_SEATS)
+        support, found = seats.seats_or_ring(support, action, seats.MANY_SEATS)
+        if obstacles is not None:
+            found = seats.without_perches(found, triangles, action, floor_height)
         # The front is that of the object alone, whatever stands around it.
         grid = InteractionGrid.build(triangles, seats.infer_front_yaw(triangles)) if found else None
-        _pieces[key] = _Piece(support, found, grid)
+        # A wall at the feet is no headboard.
+        alone = seats.support_map(triangles, floor_height) if action == "lie" else support
+        _pieces[key] = _Piece(support, alone, found, grid)
     _pieces.move_to_end(key)
     while len(_pieces) > KEPT:
         _pieces.popitem(last=False)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ...errors import SampError, UsageError
+from ...errors import PathError, SampError, UsageError
 from ...vocabulary import ACTIONS, SEATED
 from ..method import Draw, Option
 
@@ -60,6 +60,7 @@ class Samp:
         from ...clock import Clock
         from ...progress import StageProgress
         from ..take import Failure
+        from . import refusals
         from .planning import Planner
 
         clock = Clock()
@@ -68,7 +69,11 @@ class Samp:
             networks = self._tools()
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
-            planner = Planner(step, scene, networks.sample_goals, scene.navmesh)
+            try:
+                mesh = scene.navmesh
+            except PathError as error:
+                raise refusals.nothing_walkable(scene, error) from error
+            planner = Planner(step, scene, networks.sample_goals, mesh)
         requests, reasons = {}, {}
         for draw in draws:
             progress("Choosing a place", 0.0)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from ... import dependencies
 from ...errors import SampError
 from ...motion import Goal, Motion
@@ -17,11 +15,12 @@ from .request import Request
 class Networks:
     """GoalNet and MotionNet.
 
-    sample_goals: (triangles, action, count, seed, obstacles) -> goals, see goals.py. generate: (requests, progress)
-    -> a Motion or an error for each request, see rollout/generator.py.
+    sample_goals: (triangles, action, count, seed, obstacles) and the height of the floor where the object does not
+    stand on it -> goals, see goals.py. generate: (requests, progress) -> a Motion or an error for each request, see
+    rollout/generator.py.
     """
 
-    sample_goals: Callable[[np.ndarray, str, int, int, np.ndarray], Sequence[Goal]]
+    sample_goals: Callable[..., Sequence[Goal]]
     generate: Callable[[Sequence[Request], Callable[[float], None]], Sequence[Motion | SampError]]
 
 

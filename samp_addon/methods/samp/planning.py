@@ -10,19 +10,23 @@ import numpy as np
 
 from ...body import human
 from ...clock import Clock
-from ...errors import SampError
+from ...errors import NoPlaceError, PathError, SampError
 from ...frames import yaw_direction
 from ...motion import Goal, Motion
 from ...scene.distance import solids
+from ...scene.distance.signed_distance import LARGE
+from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
+from ...scene.navmesh.lattice import clip_to_box
 from ...scene.seats.seats import infer_front_yaw
 from ...vocabulary import SEATED
 from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import Take
+from . import refusals
 from .request import Request
 
 START_DISTANCE = (1.5, 3.5)
@@ -30,6 +34,9 @@ START_DISTANCE = (1.5, 3.5)
 
 SURROUNDINGS = 1.0
 """Metres around a target in which other things can obstruct a seated body."""
+
+MOVED = 0.1
+"""Metres beside the artist's place from which that is worth a remark."""
 
 STAND_OFF = 0.5
 """Metres between an object and a character that stands in front of it."""
@@ -59,6 +66,7 @@ class Planner:
         with clock.stage("path"):
             start, yaw = self._start(goal.position, rng) if before is None else before.exit
             waypoints = self._path(start, goal)
+            remarks = self._remarks(waypoints)
             if not seated:
                 # A destination inside an obstacle is snapped to the nearest walkable point.
                 goal = replace(goal, position=waypoints[-1])
@@ -75,6 +83,7 @@ class Planner:
             hold_seconds=self.step.hold * self.step.speed,
             style=self.step.style,
             after=None if before is None else before.motion,
+            remarks=remarks,
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:
@@ -82,7 +91,31 @@ class Planner:
         goal = request.goal
         if self.step.action not in SEATED:
             goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
-        return Take(seed, motion, goal=goal, waypoints=request.waypoints, laid_ground=self.mesh.laid_ground)
+        return Take(
+            seed,
+            motion,
+            goal=goal,
+            waypoints=request.waypoints,
+            laid_ground=self.mesh.laid_ground,
+            remarks=request.remarks,
+        )
+
+    def _remarks(self, waypoints: np.ndarray) -> tuple[str, ...]:
+        """Return a sentence for each of the artist's places that the path (N, 3) does not reach."""
+        found = []
+        for number, place in enumerate(self.scene.via, start=1):
+            missed = np.linalg.norm((waypoints - place)[:, [0, 2]], axis=-1).min()
+            if missed > MOVED:
+                found.append(
+                    f"Way-point {number} is not on free floor: the path passes it by {missed:.1f} m."
+                )
+        if self.scene.destination is not None and self.step.action not in SEATED:
+            missed = np.linalg.norm((waypoints[-1] - self.scene.destination[0])[[0, 2]])
+            if missed > MOVED:
+                found.append(
+                    f"The destination is not on free floor: the {self.step.action} ends {missed:.1f} m beside it."
+                )
+        return tuple(found)
 
     def _path(self, start: np.ndarray, goal: Goal) -> np.ndarray:
         """Return way-points (N, 3) from the start past the artist's places to the goal. Raise SampError."""
@@ -91,11 +124,21 @@ class Planner:
             legs.append(paths.plan(self.mesh, start, place).waypoints)
             start = legs[-1][-1]
         if self.step.action in SEATED:
-            last = paths.plan_to_goal(self.mesh, start, goal)
+            last = self._to_seat(start, goal)
         else:
             last = paths.plan(self.mesh, start, goal.position)
         # Each leg begins where the one before it ended.
         return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints])
+
+    def _to_seat(self, start: np.ndarray, goal: Goal) -> paths.Path:
+        """Return the path to a place beside the goal. Raise SampError that names what is in the way."""
+        try:
+            return paths.plan_to_goal(self.mesh, start, goal)
+        except PathError as error:
+            known = self.scene.explained
+            if str(error) not in known:
+                known[str(error)] = refusals.no_way(self.step, self.scene, start, goal, error)
+            raise known[str(error)] from error
 
     @cached_property
     def _front(self) -> float:
@@ -110,22 +153,44 @@ class Planner:
 
     def _seat(self, noise: int) -> Goal:
         """Return where on the target the pelvis ends: the artist's goals by turns, else GoalNet's."""
-        step, chosen = self.step, [goal for goal in self.scene.goals if goal.action == self.step.action]
+        chosen = [goal for goal in self.scene.goals if goal.action == self.step.action]
         found = chosen[noise % len(chosen) :] if chosen else []
         found = found or self._sampled(noise)
         if not found:
-            raise SampError(f"There is no place to {step.action} on '{step.target}'; choose another object.")
+            raise self._no_place
         return found[0]
 
     def _sampled(self, noise: int) -> Sequence[Goal]:
-        return self.sample_goals(self.scene.target, self.step.action, 1, noise, self._surroundings)
+        """Return GoalNet's goal, or none where the target has no place."""
+        floor = () if self._floor is None else (self._floor,)
+        try:
+            return self.sample_goals(
+                self.scene.target, self.step.action, 1, noise, self._surroundings, *floor
+            )
+        except NoPlaceError:
+            return ()
+
+    @property
+    def _no_place(self) -> SampError:
+        known, about = self.scene.explained, f"{self.step.action} {self.step.target}"
+        if about not in known:
+            known[about] = refusals.no_place(self.step, self.scene, self._floor, SURROUNDINGS)
+        return known[about]
+
+    @cached_property
+    def _floor(self) -> float | None:
+        """Height of the floor beside the target, metres; None where the target stands on it."""
+        return floor_beside(self.mesh, self.scene.target)
 
     @cached_property
     def _surroundings(self) -> np.ndarray:
         """Triangles (F, 3, 3) of what else stands within reach of the target."""
         target, others = self.scene.target, self.scene.geometry.without(self.scene.parts)
         low, high = extent(target)
-        return solids.overlapping_box(others.triangles, low - SURROUNDINGS, high + SURROUNDINGS)
+        low, high = low - SURROUNDINGS, high + SURROUNDINGS
+        near = solids.overlapping_box(others.triangles, low, high)
+        # Towers and hills are sampled too sparsely as wholes.
+        return clip_to_box(near, low, high) if len(near) and np.ptp(near, axis=(0, 1)).max() > LARGE else near
 
     def _standing_goal(self, rng: np.random.Generator, before: Take | None) -> Goal:
         """Return a place on the floor; its direction is zero where none is asked for."""

@@ -18,7 +18,7 @@ class Request:
     from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
     seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the
     noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it the character stands at
-    the start.
+    the start. remarks: sentences for the artist about what was asked for and is not done exactly.
     """
 
     start_position: np.ndarray
@@ -32,3 +32,4 @@ class Request:
     hold_seconds: float = 2.0
     style: float = 0.1
     after: Motion | None = None
+    remarks: tuple[str, ...] = ()

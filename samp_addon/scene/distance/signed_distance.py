@@ -15,8 +15,10 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from ..geometry import MINIMUM_AREA, areas, extent
+from ..navmesh.lattice import clip_to_box
 from .orientation import orient_outward
 from .solids import BoxedTriangles, Surface, free_counts, solid_cells
+from .surface_samples import without_twins
 
 CELL = 0.02
 BLOCK = 8
@@ -30,6 +32,12 @@ TILE = 8
 
 PAD = 12
 """Cells around a tile that are considered when the nearest outside cell is searched."""
+
+LARGE = 64.0
+"""Metres. Of scenes wider than this, only the surroundings of the queried points are computed."""
+
+AROUND = 3.0
+"""Metres around the free points that are computed of a large scene."""
 
 CACHED = 4
 """Number of scenes in the cache."""
@@ -47,34 +55,54 @@ def cached_field(triangles: np.ndarray, free: np.ndarray, floor: float | None = 
     digest = hashlib.blake2b(triangles.tobytes(), digest_size=16).digest()
     oriented = next((field.triangles for key, field in _cache.items() if key[0] == digest), None)
     if oriented is None:
-        oriented = orient_outward(triangles)
+        oriented = orient_outward(without_twins(triangles)[0])
     outside = tuple(free_counts(BoxedTriangles.of(oriented), free)) if len(oriented) else ()
-    key = digest, outside, floor
+    box = _surroundings(oriented, free)
+    key = digest, outside, floor, None if box is None else box.tobytes()
     if key not in _cache:
-        _cache[key] = SignedDistance(oriented, outside, floor)
+        _cache[key] = SignedDistance(oriented, outside, floor, box)
     _cache.move_to_end(key)
     while len(_cache) > CACHED:
         _cache.popitem(last=False)
     return _cache[key]
 
 
+def _surroundings(triangles: np.ndarray, free: np.ndarray) -> np.ndarray | None:
+    """Return corners (2, 3) of the box around the free points to which a large scene is cropped, or None."""
+    if len(triangles) == 0 or len(free) == 0 or np.subtract(*extent(triangles)[::-1]).max() <= LARGE:
+        return None
+    low, high = extent(free)
+    # Whole metres, so that the takes of a job share their field.
+    return np.stack([np.floor(low - AROUND), np.ceil(high + AROUND)])
+
+
 class SignedDistance:
     """A distance field in blocks of (BLOCK + 1)^3 corner values, computed when first queried."""
 
-    def __init__(self, triangles: np.ndarray, outside: tuple[int, ...], floor: float | None = None) -> None:
-        """triangles: (F, 3, 3) facing outwards. outside: result of solids.free_counts. floor: see cached_field."""
+    def __init__(
+        self,
+        triangles: np.ndarray,
+        outside: tuple[int, ...],
+        floor: float | None = None,
+        box: np.ndarray | None = None,
+    ) -> None:
+        """triangles: (F, 3, 3) facing outwards. outside: result of solids.free_counts. floor: see cached_field. box:
+        corners (2, 3) of the part of a large scene that is computed, or None for all."""
         self.triangles, self._outside, self._floor = triangles, list(outside), floor
-        self._empty = len(triangles) == 0 or float(areas(triangles).sum()) < MINIMUM_AREA
+        near = triangles if box is None else clip_to_box(triangles, *box)
+        self._empty = len(near) == 0 or float(areas(near).sum()) < MINIMUM_AREA
         if self._empty:
             return
         self._scene = BoxedTriangles.of(triangles)
         low, high = extent(triangles)
+        if box is not None:
+            low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
         low, high = low - 2 * BAND, high + 2 * BAND
         self._low = np.floor(low / (CELL * BLOCK)) * (CELL * BLOCK)
         self._shape = np.ceil((high - self._low) / (CELL * BLOCK)).astype(int) + 1
         self._number = np.zeros(self._shape, np.int32)  # index of each block's values; 0: not computed
         self._values = np.full((1, *[BLOCK + 1] * 3), BAND, np.float32)
-        self._surface = Surface(triangles)
+        self._surface = Surface(near)
 
     @property
     def memory(self) -> int:

@@ -26,8 +26,20 @@ BEHIND = 0.5
 """Metres added to the distance of a place straight behind a seat, relative to one in front."""
 CLIMBED = 0.4
 """Metres added to the distance of a place on rough ground."""
-WALL = (1.1, 1.6)
-"""Metres over the floor. Solid cells at this height are walls, and a seat is not approached through them."""
+WALL = 1.1
+"""Metres over the floor below which solid cells are walls to a character on its way to a seat. What hangs higher with
+nothing below it, such as an upper bunk or a canopy, is not."""
+OVER_PELVIS = {"sit": 0.08, "lie": 0.2}
+"""Metres over the pelvis from which on solid cells are walls: backrests and table tops are, seats and armrests not."""
+GAP = 0.12
+"""Metres of free floor behind an obstacle on the way to a seat from which on the way leads across it: over a coffee
+table. A seat itself has none."""
+LOWEST = (0.05, 0.15)
+"""Metres over the floor, for low and for other seats, from which on solid cells on the way to them are obstacles."""
+UNDER_PELVIS = 0.22
+"""Metres under the pelvis down to which solid cells are those of the seat."""
+LEAST_WALL = 0.3
+"""Least height of the range that is searched for walls, for high seats."""
 
 
 @dataclass(frozen=True)
@@ -137,28 +149,36 @@ def _approaches(mesh: NavMesh, goal: Goal, stand_off: float, reach: float) -> np
         ideal = goal.position + stand_off * goal.direction
         cost = np.hypot(*(points - ideal).T[[0, 2]]) + BEHIND * (1 - facing) / 2
     cost += CLIMBED * mesh.ground.rough[numbers]
-    visible = ~_walled_off(mesh, points, goal.position)
+    visible = ~_walled_off(mesh, points, goal)
     order = np.argsort(cost, kind="stable")
     return numbers[order[visible[order]]]
 
 
-def _walled_off(mesh: NavMesh, points: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """Flag the points (N, 3) that are separated from the goal (3,) by something solid at the height of a wall."""
+def _walled_off(mesh: NavMesh, points: np.ndarray, goal: Goal) -> np.ndarray:
+    """Flag the points (N, 3) that are separated from the goal by something solid as high as a backrest."""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
     grid, solid = mesh.ground.grid, mesh.solid
     share = np.linspace(0, 1, int(np.ceil(2 * REACH_LYING / grid.cell)))[:, None]
     x, z = (
-        ((points[:, k] * (1 - share) + goal[k] * share - grid.corner[k]) / grid.cell).astype(int)
+        ((points[:, k] * (1 - share) + goal.position[k] * share - grid.corner[k]) / grid.cell).astype(int)
         for k in (0, 2)
     )
     span = int(solid.level.max(initial=0)) + 2
     key = solid.column * span + solid.level
-    low, high = (
-        np.clip((points[:, 1] + h - grid.corner[1]) / grid.level, 0, span - 1).astype(int) for h in WALL
-    )
     column = (np.clip(x, 0, grid.shape[0] - 1) * grid.shape[1] + np.clip(z, 0, grid.shape[1] - 1)) * span
-    return (np.searchsorted(key, column + high) > np.searchsorted(key, column + low)).any(axis=0)
+
+    def solid_between(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        a, b = (np.clip((h - grid.corner[1]) / grid.level, 0, span - 1).astype(int) for h in (low, high))
+        return np.searchsorted(key, column + b) > np.searchsorted(key, column + a)
+
+    low = np.full(len(points), goal.position[1] + OVER_PELVIS.get(goal.action, 0.0))
+    high = np.maximum(points[:, 1] + WALL, low + LEAST_WALL)
+    rise = np.clip(goal.position[1] - points[:, 1] - UNDER_PELVIS, *LOWEST)
+    met = solid_between(points[:, 1] + rise, high)
+    step = np.hypot(*(points - goal.position).T[[0, 2]]) / len(share)
+    behind = (np.maximum.accumulate(met, axis=0) & ~met).sum(axis=0) * step
+    return solid_between(low, high).any(axis=0) | (behind > GAP)
 
 
 def _find_path(mesh: NavMesh, start: np.ndarray, goal: np.ndarray, comfort: float) -> Path:

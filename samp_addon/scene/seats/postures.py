@@ -157,15 +157,7 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     head_hit = _blocked_share(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
     feet = _share_within(grid, *at, FEET, -0.10, 0.22)
     good = (bump <= 0.06) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
-    boards = [
-        _lines_blocked(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
-    ]
-    # The head goes to the raised end, a headboard or a pillow; to the higher one if both are raised.
-    tops = [
-        _lines_blocked(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)
-    ]
-    pillows = [_pillow_share(grid, *at, part) for part in (HEAD, FEET)]
-    evidence = 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]) + (pillows[0] - pillows[1])
+    evidence = _head_evidence(grid, *at)
     headed = np.clip(0.5 + evidence, 0.1, 1.0)
     ranges = np.arange(0.06, 0.75, 0.03)
     sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
@@ -182,6 +174,27 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     value *= within_reach * tall * straight * along
     score[rows] = np.where(good, value, 0.0)
     return score
+
+
+def head_evidence(grid: SupportMap, place: np.ndarray, yaw: float) -> float:
+    """Return the evidence that a body that lies at a place (2,) has its head at the right end; negative if not."""
+    places, yaws = place[None], np.array([yaw])
+    height = surface_height(grid, places)
+    return float(_head_evidence(grid, places, yaws, height)[0]) if np.isfinite(height[0]) else 0.0
+
+
+def _head_evidence(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return the evidence (N,) for the head: it goes to the raised end, a headboard or a pillow; to the higher one if
+    both are raised."""
+    at = places, yaws, height
+    boards = [
+        _lines_blocked(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
+    ]
+    tops = [
+        _lines_blocked(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)
+    ]
+    pillows = [_pillow_share(grid, *at, part) for part in (HEAD, FEET)]
+    return 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]) + (pillows[0] - pillows[1])
 
 
 def _at(places: np.ndarray, yaws: np.ndarray, part: np.ndarray) -> np.ndarray:

@@ -26,6 +26,10 @@ MAX_PLACES = 800
 MIN_SCORE_SHARE = {"sit": 0.35, "lie": 0.5}
 """Least score of a goal, relative to the best goal on the same object."""
 MIN_SCORE = 0.15
+WRONG_END = -0.25
+"""Evidence for the head, see postures.head_evidence, below which a goal to lie is turned the wrong way."""
+PERCH, PERCH_RISE = 0.6, 0.15
+"""Metres over the floor, and over the object's own seat, from which on a place is the top of a back or an armrest."""
 BACKED_SCORE = 0.6
 """Least score of seats with a back, which determine the front of an object."""
 
@@ -62,7 +66,40 @@ def find_seats(
     limit: int = 16,
 ) -> list[Seat]:
     """Find goals with scores; see `find_goals`."""
-    return seats_on_map(support_map(triangles, floor_height, obstacles), action, limit)
+    found = seats_or_ring(support_map(triangles, floor_height, obstacles), action, limit)[1]
+    return found if obstacles is None else without_perches(found, triangles, action, floor_height)
+
+
+def seats_or_ring(grid: SupportMap, action: str, limit: int = 16) -> tuple[SupportMap, list[Seat]]:
+    """Find the seats on a support map or, without any, on the map with its holes filled, as of a toilet's seat.
+
+    Return the map that was used as well.
+    """
+    found = seats_on_map(grid, action, limit)
+    if found or action != "sit":
+        return grid, found
+    filled = grid.with_filled_holes(postures.SIT_HEIGHTS)
+    if filled is None:
+        return grid, found
+    return filled, seats_on_map(filled, action, limit)
+
+
+def without_perches(
+    found: list[Seat], triangles: np.ndarray, action: str, floor_height: float | None = None
+) -> list[Seat]:
+    """Return the seats found among obstacles, or none where only high places are left of an object whose own seat is
+    lower: where crates are on the sofa, nobody sits on its back."""
+    if action != "sit" or not found or found[0].surface < PERCH:
+        return found
+    alone = seats_or_ring(support_map(triangles, floor_height), action, limit=4)[1]
+    lower = [seat for seat in alone if seat.surface < found[0].surface - PERCH_RISE]
+    return [] if lower and lower[0].score > found[0].score else found
+
+
+def wrong_way(grid: SupportMap, goal: Goal) -> bool:
+    """Return whether a goal to lie has its feet where the pillows or the headboard are."""
+    yaw = float(frames.direction_yaw(goal.direction)) - grid.yaw
+    return goal.action == "lie" and postures.head_evidence(grid, grid.to_grid(goal.position), yaw) < WRONG_END
 
 
 def support_map(

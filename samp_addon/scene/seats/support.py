@@ -5,7 +5,7 @@ Built once for an object, so that the queries of postures.py are table look-ups.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -25,6 +25,8 @@ STEEPEST = 0.75
 """Least vertical component of the normal of a supporting surface: slopes up to 41 degrees."""
 HIGHEST = 0.95
 """Metres over the floor. Higher surfaces, such as an upper bunk, are ignored in favour of those below."""
+RING, LARGEST_HOLE = 0.07, 0.12
+"""Metres within which a ring around a hole is level, and square metres of the largest hole that a body sits over."""
 HEADROOM = 0.55
 """Metres of free space over a place that make it accessible from above."""
 
@@ -111,6 +113,28 @@ class SupportMap:
         a = np.clip(np.ceil(np.asarray(low) / CELL), 0, top).astype(np.intp)
         b = np.clip(np.floor(np.asarray(high) / CELL), 0, top).astype(np.intp)
         return self.counts[x, np.maximum(a, b), z] != self.counts[x, a, z]
+
+    def with_filled_holes(self, levels: tuple[float, float]) -> SupportMap | None:
+        """Return the map with small holes in its most extensive level surface filled, or None without any.
+
+        levels: lowest and highest height over the floor of the surface, metres.
+        """
+        fits = (self.heights >= levels[0]) & (self.heights <= levels[1])
+        if not fits.any():
+            return None
+        count, edges = np.histogram(self.heights[fits], np.arange(levels[0], levels[1] + 2 * CELL, CELL))
+        level = float(edges[count.argmax()] + CELL / 2)
+        ring = np.abs(self.heights - level) < RING
+        closed = ndimage.binary_closing(np.pad(ring, 3), iterations=2)[3:-3, 3:-3]
+        label, holes = ndimage.label(ndimage.binary_fill_holes(closed | ring) & ~ring)
+        top = self.counts.shape[1] - 1
+        risen = self.counts[:, min(int((level + 0.4) / CELL), top)] != self.counts[:, int(level / CELL) + 2]
+        heights = self.heights.copy()
+        for number in range(1, holes + 1):
+            hole = label == number
+            if hole.sum() * self.cell**2 <= LARGEST_HOLE and not risen[hole].any():
+                heights[hole] = level
+        return None if holes == 0 else replace(self, heights=heights)
 
     def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         at = np.floor((places - self.corner) / self.cell).astype(np.intp)

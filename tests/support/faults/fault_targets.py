@@ -207,7 +207,7 @@ CASES = (
     ),
     Case("sofa on its side", at_sofa(turned("Y", 90)), message=NO_SEAT + "|way"),
     Case("sofa of 3 cm", at_sofa(Matrix.Scale(0.015, 4)), message=NO_SEAT),
-    Case("sofa of 30 m", at_sofa(Matrix.Scale(15, 4)), message=NO_SEAT),
+    Case("sofa of 30 m", at_sofa(Matrix.Scale(15, 4)), message=NO_SEAT + "|a unit is a metre"),
     Case("bed of 30 m", bed_of_30_m, press=lambda room: lie(room, target="Thing")),
     Case("sofa scaled to nothing", at_sofa(Matrix.Scale(0, 4)), message="no area"),
     Case("mirrored sofa", at_sofa(MIRROR)),

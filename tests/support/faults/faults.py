@@ -28,7 +28,7 @@ TAKE = (
     r"objects/{0}\.animation_data",
     r"objects/{0}\.pose\.bones\[.*\]\.(location|rotation_\w+|scale|bbone_\w+)",
     r"actions/[^/]*\.use_fake_user",
-    r"scenes/[^/]*\.samp\.take_index",
+    r"scenes/[^/]*\.samp\.(take_index|seed|character)",
 )
 FORBIDDEN = re.compile(
     r'Traceback|Error|Exception|File "|line \d|None|nan\b|\bbpy\b|NoneType|numpy|unexpected'

@@ -115,6 +115,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--copies", type=int, default=COPIES, help="scaled copies of each held-out piece")
     arguments = parser.parse_args()
+    print(furniture.missing() or "All held-out pieces.")
     print(report(goal_net.load(), held_out_objects(seed=1, copies=arguments.copies)))
     print("as handed out, on the surface:")
     print(_columns({action: handed_out(real_pieces(held_out=True), action) for action in goal_net.ACTIONS}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,9 @@ from .tracking import RolloutProgress
 if TYPE_CHECKING:
     from .rollout import Frame
 
+NETWORK, GUIDED, FINISHED = STAGES = ("network", "guided", "finished")
+"""The raw rollout; with path following; and also brought onto its goal, with locked feet (finishing/)."""
+
 MULTITHREADED = 4  # takes from which a batch gains from several threads of torch
 
 
@@ -30,17 +34,19 @@ def generate(
     requests: Sequence[Request],
     progress: Callable[[float], None] = lambda share: None,
     network: MotionNetwork | None = None,
+    stage: str = FINISHED,
 ) -> list[Motion | SampError]:
     """Generate one take for each request, all as one batch. Return the Motion, or the error that prevented it.
 
     progress: called with the share done, from 0 to 1, and shown the first take as it grows (progress.py); an exception
-    that it raises stops the work. network: as returned by load_motion_net; the shipped one if omitted.
+    that it raises stops the work. network: as returned by load_motion_net; the shipped one if omitted. stage: one of
+    STAGES; the earlier ones, for evaluation, also return takes that got stuck.
     """
     results: list[Motion | SampError] = [_refusal(request) for request in requests]
     valid = [k for k, refusal in enumerate(results) if refusal is None]
     for k, result in zip(
         valid,
-        _run([requests[k] for k in valid], progress, network or load_motion_net()) if valid else [],
+        _run([requests[k] for k in valid], progress, network or load_motion_net(), stage) if valid else [],
         strict=True,
     ):
         results[k] = result
@@ -55,7 +61,7 @@ def _refusal(request: Request) -> SampError | None:
 
 
 def _run(
-    requests: Sequence[Request], progress: Callable[[float], None], network: MotionNetwork
+    requests: Sequence[Request], progress: Callable[[float], None], network: MotionNetwork, stage: str
 ) -> list[Motion | SampError]:
     """Roll out the batch, frame by frame, until every take is done or stuck."""
     import torch
@@ -70,7 +76,7 @@ def _run(
         run, guide = start_rollout(takes, network), Guide(tracked)
         while len(going):
             run.set_goals(torch.as_tensor(tracked.goals(), dtype=torch.float32))
-            new = run.step(guide)
+            new = run.step(None if stage == NETWORK else guide)
             record.add(new, tracked.travelled, going)
             tracked.update(record.observe(going), frame)
             if frame % 5 == 0:
@@ -83,6 +89,8 @@ def _run(
                 going, tracked, run = going[rows], tracked.select(rows), run.select(torch.as_tensor(rows))
                 guide = guide.select(rows, tracked)
             frame += 1
+    if stage != FINISHED:
+        return [_raw(take, record.of(k)) for k, take in enumerate(takes)]
     return [_finished(take, record.of(k), done[k]) for k, take in enumerate(takes)]
 
 
@@ -94,6 +102,26 @@ def _preview(take: PlannedTake, frame: Frame) -> Motion:
     return Motion(root[None], local)
 
 
+def _raw(take: PlannedTake, recorded: dict[str, np.ndarray]) -> Motion:
+    """Return the Motion of a rollout as it is, at the heights of its floor."""
+    motion = _motion(recorded)
+    heights = take.route.heights(motion.root[:, [0, 2]], recorded["travelled"])
+    start = finish.interaction_start(motion, take.request.action)
+    raised = motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0])
+    return replace(motion, root=raised, interaction_start=start)
+
+
+def _motion(recorded: dict[str, np.ndarray]) -> Motion:
+    """Return the Motion of a record, see Record.of, on a floor at height 0."""
+    local = skeleton.local_rotations(rotation.matrix_to_quaternion(recorded["matrices"]))
+    return Motion(
+        root=recorded["pelvis"],
+        rotations=rotation.continuous(local),
+        contacts=recorded["contacts"],
+        actions=recorded["actions"],
+    )
+
+
 def _finished(take: PlannedTake, recorded: dict[str, np.ndarray], done: bool) -> Motion | SampError:
     """Return the finished Motion of a take, or why there is none. recorded: see Record.of."""
     if not done:
@@ -101,11 +129,5 @@ def _finished(take: PlannedTake, recorded: dict[str, np.ndarray], done: bool) ->
         return RolloutError(
             f"The character got stuck {left:.1f} m from the goal; try another seed, another goal or another start."
         )
-    local = skeleton.local_rotations(rotation.matrix_to_quaternion(recorded["matrices"]))
-    motion = Motion(
-        root=recorded["pelvis"],
-        rotations=rotation.continuous(local),
-        contacts=recorded["contacts"],
-        actions=recorded["actions"],
-    )
+    motion = _motion(recorded)
     return finish.finish(motion, take.route, recorded["travelled"], take.request.action, take.front, take.top)

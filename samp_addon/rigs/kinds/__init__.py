@@ -1,0 +1,1 @@
+"""Bone names of published rigs."""

@@ -1,0 +1,1 @@
+"""Humanoids whose bone names say nothing."""

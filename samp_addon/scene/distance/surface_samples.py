@@ -1,0 +1,97 @@
+"""Evenly spread samples of a scene's surface inside a box, and two-sided faces made single. Network frame, metres.
+
+The memory is bounded by what lies in the box: large triangles are divided, and only the parts in the box are sampled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry import areas, spread_over_surface
+from .orientation import HASH_FACTORS, WELD, orient_outward
+
+SPACING = 0.015
+"""Metres between samples."""
+
+LONGEST_EDGE = 0.5
+"""Metres. Longer triangles are divided before sampling."""
+
+MOST_SAMPLES = 2_000_000
+"""Upper limit of the samples in a box; beyond it they are farther apart."""
+
+
+def without_twins(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return triangles (F', 3, 3) of which none coincides with an earlier one, and flags (F,) of those kept.
+
+    Triangles of a scene with twins are oriented outwards; others are returned as they are.
+
+    Two-sided faces are exported as two opposite triangles, which cancel each other's winding number.
+    """
+    if len(triangles) == 0:
+        return triangles, np.ones(0, bool)
+    corners = np.zeros(triangles.shape[:2], np.uint64)
+    for k in range(3):  # by columns: large scenes have millions of triangles
+        corners += np.round(triangles[..., k] / WELD).astype(np.int64).astype(np.uint64) * HASH_FACTORS[k]
+    corners.sort(axis=1)
+    key = (corners * HASH_FACTORS).sum(-1, dtype=np.uint64)
+    order = np.argsort(key, kind="stable")
+    first = np.r_[True, key[order][1:] != key[order][:-1]]
+    keep = np.zeros(len(triangles), bool)
+    keep[order[first]] = True
+    # Which twin faced outwards is unknown.
+    return (triangles if keep.all() else orient_outward(triangles[keep])), keep
+
+
+def samples_in_box(
+    triangles: np.ndarray, low: np.ndarray, high: np.ndarray, spacing: float = SPACING
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return surface samples (N, 3) in the box from low (3,) to high (3,), and their triangles' indices (N,)."""
+    parts, owners = _divided(triangles, low, high)
+    area = areas(parts)
+    total = float(area.sum())
+    if total < spacing**2 / 4:
+        return np.zeros((0, 3)), np.zeros(0, int)
+    count = int(np.clip(np.ceil(total / spacing**2), 1, MOST_SAMPLES))
+    samples, index = spread_over_surface(parts, count, area)
+    inside = ((samples >= low) & (samples <= high)).all(1)
+    return samples[inside], owners[index[inside]]
+
+
+def _divided(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts (N, 3, 3), of short edges, of the triangles that overlap a box, and their owners (N,)."""
+    owners = np.flatnonzero(_overlap(triangles, low, high))
+    parts = triangles[owners].astype(np.float64)
+    done, whose = [], []
+    while len(parts):
+        edges = np.roll(parts, -1, axis=1) - parts
+        long = np.square(edges).sum(-1).max(1) > LONGEST_EDGE**2
+        # Small and overlapping: kept whole, the samples outside of the box are dropped later.
+        done.append(parts[~long])
+        whose.append(owners[~long])
+        parts, owners = parts[long], owners[long]
+        if not len(parts):
+            break
+        parts, owners = _halves(parts, edges[long]), np.tile(owners, 2)
+        near = _overlap(parts, low, high)
+        parts, owners = parts[near], owners[near]
+    empty = np.zeros((0, 3, 3)), np.zeros(0, int)
+    return (np.concatenate(done), np.concatenate(whose)) if done else empty
+
+
+def _halves(triangles: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Divide each triangle (N, 3, 3) at the middle of its longest edge; return the halves (2 N, 3, 3)."""
+    first = np.square(edges).sum(-1).argmax(1)
+    rows = np.arange(len(triangles))
+    a, b, c = (triangles[rows, (first + k) % 3] for k in range(3))
+    middle = (a + b) / 2
+    return np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
+
+
+def _overlap(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Flag the triangles (F,) of (F, 3, 3) whose bounding boxes overlap a box."""
+    flags = np.ones(len(triangles), bool)
+    for k in range(3):  # by columns: numpy reduces a short last axis slowly
+        x = triangles[:, 0, k], triangles[:, 1, k], triangles[:, 2, k]
+        flags &= np.maximum(np.maximum(*x[:2]), x[2]) >= low[k]
+        flags &= np.minimum(np.minimum(*x[:2]), x[2]) <= high[k]
+    return flags

@@ -1,0 +1,87 @@
+"""The depth of thin things in a body, against winding numbers and distances of all its triangles."""
+
+import numpy as np
+import pytest
+from samp_blender.samp_addon.body import human
+from samp_blender.samp_addon.evaluation import collision
+from samp_blender.samp_addon.evaluation.obstacles import Obstacles
+from samp_blender.samp_addon.motion import Motion
+from samp_blender.samp_addon.scene.distance.surface_samples import samples_in_box, without_twins
+from samp_blender.samp_addon.scene.geometry import closest_points
+
+FLOOR = -human.load().floor
+SEAT = 0.35  # metres over the floor: a height at which sheets cross the shins of a standing body
+
+
+def standing(frames=1):
+    rotations = np.zeros((frames, 22, 4))
+    rotations[..., 0] = 1
+    return Motion(np.tile([0.0, FLOOR, 0.0], (frames, 1)), rotations)
+
+
+def rectangle(low, high):
+    """Return two triangles of a horizontal rectangle at the height of low."""
+    (x0, y, z0), (x1, _, z1) = low, high
+    a, b, c, d = [(x0, y, z0), (x0, y, z1), (x1, y, z1), (x1, y, z0)]
+    return np.array([[a, b, c], [a, c, d]], float)
+
+
+THIN = {
+    "sheet": rectangle((-0.5, SEAT, -0.5), (0.5, SEAT, 0.5)),
+    "slats": np.concatenate([rectangle((-0.5, SEAT, z), (0.5, SEAT, z + 0.02)) for z in (-0.1, -0.03, 0.04)]),
+    "wire": np.concatenate([rectangle((-0.5, SEAT + d, 0.0), (0.5, SEAT + d, 0.004)) for d in (0, 0.004)]),
+    "two-sided sheet": np.concatenate(
+        [part := rectangle((-0.5, SEAT, -0.5), (0.5, SEAT, 0.5)), part[:, ::-1]]
+    ),
+}
+
+
+def brute_force(points):
+    """Return the depths (N,) of points in the standing body: winding number and distance over all triangles."""
+    body, skin = human.load(), human.skin(human.load(), standing())[0].astype(float)
+    quads = body.faces
+    triangles = skin[np.concatenate([quads[:, :3], quads[quads[:, 2] != quads[:, 3]][:, [0, 2, 3]]])]
+    depths = np.zeros(len(points))
+    for k, point in enumerate(points):
+        a, b, c = (triangles[:, i] - point for i in range(3))
+        la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
+        solid = np.einsum("ni,ni->n", a, np.cross(b, c))
+        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        if np.arctan2(solid, below).sum() > np.pi:
+            near = closest_points(np.tile(point, (len(triangles), 1)), triangles)
+            depths[k] = np.linalg.norm(near - point, axis=-1).min()
+    return depths
+
+
+@pytest.mark.parametrize("name", THIN)
+def test_thin_things_in_the_shins_are_measured_to_the_nearest_skin(name):
+    found = collision.surface_depth(standing(), Obstacles(THIN[name]), floor=0.0)[0]
+    low, high = np.array([-0.4, 0.1, -0.25]), np.array([0.4, 0.6, 0.25])
+    points = samples_in_box(THIN[name], low, high, 0.008)[0]
+    true = brute_force(points[:: max(1, len(points) // 500)]).max()
+    assert true > 0.005
+    assert found == pytest.approx(true, abs=0.005)
+
+
+def test_the_reported_depth_has_both_parts():
+    numbers = collision.measures(standing(2), Obstacles(THIN["sheet"]), 0.0)
+    assert numbers["penetration_2cm_percent"] == 100
+    assert numbers["penetration_max_cm"] > 3
+    free = collision.measures(standing(2), Obstacles(THIN["sheet"] + [0.0, 2.0, 0.0]), 0.0)
+    assert free["penetration_max_cm"] == pytest.approx(0, abs=0.1)
+
+
+def test_samples_of_a_huge_ground_are_those_in_the_box():
+    ground = rectangle((-1000.0, 0.0, -1000.0), (1000.0, 0.0, 1000.0))
+    samples, owners = samples_in_box(ground, np.array([3.0, -1, 5.0]), np.array([4.0, 1, 6.0]))
+    assert len(samples) == pytest.approx(1 / 0.015**2, rel=0.3)
+    assert set(owners) <= {0, 1}
+    assert samples.min(0)[[0, 2]] == pytest.approx([3, 5], abs=0.05)
+    assert samples.max(0)[[0, 2]] == pytest.approx([4, 6], abs=0.05)
+
+
+def test_twins_are_dropped_and_neighbours_kept():
+    part = rectangle((0, 0, 0), (1, 0, 1))
+    single, keep = without_twins(np.concatenate([part, part[:, ::-1], part + [1.0, 0, 0]]))
+    assert keep.tolist() == [True, True, False, False, True, True]
+    np.testing.assert_array_equal(single, np.concatenate([part, part + [1.0, 0, 0]]))
