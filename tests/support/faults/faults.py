@@ -49,6 +49,7 @@ ADVICE = (
         "leave",
         "use",
         "correct",
+        "generate",
     ),
     *("install", "start again", "try", "move", "turn", "delete", "mend", "make", "check", "go to", "switch"),
     *("parent", "say", "ask", "close", "save", "scale", "free", "open", "keep", "stop", "put", "unlock"),
