@@ -80,6 +80,9 @@ def surface_depth(
     surface = surface_of(body)
     joints = forward_kinematics(motion.root, complete(motion.rotations), body.joints)[0]
     result = np.zeros(len(motion))
+    low, high = extent(joints)
+    if (high - low).max() <= LARGEST_BOX:
+        obstacles.samples(low - surface.reach, high + surface.reach)  # sampled once for all parts
     pending = [(first, min(first + CHUNK, len(motion))) for first in range(0, len(motion), CHUNK)]
     while pending:
         first, last = pending.pop()
@@ -99,7 +102,7 @@ def _depth_of_samples(
     motion: Motion, joints: np.ndarray, samples: np.ndarray, surface: SkinSurface, body: human.Human
 ) -> np.ndarray:
     """Return the largest depth (T,) of samples (N, 3) in the body; joints: (T, J, 3)."""
-    depth, last, same = np.zeros(len(motion)), -2, 0  # last frame looked at, last one measured
+    depth, last, same = np.zeros(len(motion)), -2 * STRIDE, 0  # last frame looked at, last one measured
     measured = np.unique([*range(0, len(motion), STRIDE), len(motion) - 1])
     close = {k: surface.near(joints[k], samples) for k in measured}
     frames = np.array([k for k, near in close.items() if len(near)], int)
@@ -110,8 +113,7 @@ def _depth_of_samples(
         if k <= last + STRIDE and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
             depth[k], last = depth[last], k
             continue
-        inside = surface.inside(vertices, samples[close[k]])
-        depth[k] = inside.depth.max(initial=0.0)
+        depth[k] = surface.deepest(vertices, samples[close[k]])
         last = same = k
     frames = np.arange(len(motion))
     before = np.searchsorted(measured, frames, side="right") - 1

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..scene.distance.point_cells import PointCells
 from ..scene.distance.signed_distance import LARGE
 from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
 from ..scene.distance.surface_samples import samples_in_box, without_twins
@@ -35,6 +36,15 @@ CHUNK = 50_000
 MAX_BLOCKS = 1e6
 """Blocks in the bounding box of a query, above which the query is split into halves."""
 
+SAMPLED_PADDING = 0.5
+"""Metres by which the box of surface samples extends beyond the asked one, likely covering the next frames."""
+
+SAMPLED_BOXES = 4
+"""Boxes of surface samples that are kept."""
+
+KEPT = 1
+"""Scenes whose obstacles `shared` keeps."""
+
 _INSIDE, _NEAR = 1, 2
 _EDGE = BLOCK * PITCH
 
@@ -47,6 +57,7 @@ class Obstacles:
         # Opposite twins of two-sided faces cancel each other's winding number.
         self._triangles = without_twins(np.asarray(triangles, dtype=np.float64))[0]
         self._over: dict[float | None, _Solids] = {}
+        self._sampled: list[_Sampled] = []
         self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray, floor: float | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -66,8 +77,46 @@ class Obstacles:
 
         Without the floor itself and what is less than 1 cm above it.
         """
-        found, _ = samples_in_box(self._triangles, low, high)
-        return found if floor is None else found[found[:, 1] > floor + CONTACT_DISTANCE]
+        with self._lock:
+            box = next((box for box in self._sampled if box.covers(low, high)), None)
+            if box is None:
+                box = _Sampled(self._triangles, low - SAMPLED_PADDING, high + SAMPLED_PADDING)
+                self._sampled = [box, *self._sampled[: SAMPLED_BOXES - 1]]
+        found = box.samples[box.cells.within(low, high)]
+        if floor is not None:
+            low = np.maximum(low, [-np.inf, np.nextafter(floor + CONTACT_DISTANCE, np.inf), -np.inf])
+        return found[((found >= low) & (found <= high)).all(1)]
+
+
+class _Sampled:
+    """Surface samples (N, 3) in the box from low to high (3,)."""
+
+    def __init__(self, triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+        self.low, self.high = low, high
+        self.samples, _ = samples_in_box(triangles, low, high)
+        self.cells = PointCells(self.samples)
+
+    def covers(self, low: np.ndarray, high: np.ndarray) -> bool:
+        """Return whether a box is inside this one."""
+        return bool((low >= self.low).all() and (high <= self.high).all())
+
+
+_shared: list[tuple[np.ndarray, Obstacles]] = []
+_shared_lock = threading.Lock()
+
+
+def shared(triangles: np.ndarray) -> Obstacles:
+    """Return the obstacles of a scene's triangles (F, 3, 3), the same ones for the same array.
+
+    Takes are judged, refined and measured in the same scene; its solid cells are computed once.
+    """
+    with _shared_lock:
+        for known, obstacles in _shared:
+            if known is triangles:
+                return obstacles
+        obstacles = Obstacles(triangles)
+        _shared[:] = [(triangles, obstacles), *_shared[: KEPT - 1]]
+        return obstacles
 
 
 class _Solids:

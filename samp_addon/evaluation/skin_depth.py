@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..body.human import Human
+from ..scene.distance.point_cells import PointCells
 from ..scene.geometry import area_vectors, closest_points
 from ..skeleton import BODY_COUNT, INDEX, PARENTS
 
@@ -21,6 +22,12 @@ NEIGHBOURS = 4
 
 SLACK = 0.03
 """Metres by which skin is farther from its bone in a bent pose than in the rest pose."""
+
+THICKEST = 0.16
+"""Metres from the nearest vertex beyond which no point is inside."""
+
+BATCH = 48
+"""Points of which the exact depth is computed together."""
 
 UNSURE = 0.02
 """Metres outside of the plane at the nearest vertex within which a point is still searched exactly."""
@@ -37,6 +44,9 @@ class Inside:
     vertex: np.ndarray
 
 
+_NOTHING = Inside(np.zeros(0, int), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int))
+
+
 class SkinSurface:
     """The outer skin of a body, without eyes."""
 
@@ -46,44 +56,82 @@ class SkinSurface:
         self.reach = float(self._radii.max())
         """Metres around the joints that hold the whole body."""
 
-    def near(self, joints: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the indices of the points (N, 3) that may be inside a body with joints (J, 3)."""
-        low, high = joints[:BODY_COUNT].min(0), joints[:BODY_COUNT].max(0)
-        boxed = np.ones(len(points), bool)
-        for k in range(3):
-            column = points[:, k]
-            boxed &= (column >= low[k] - self.reach) & (column <= high[k] + self.reach)
-        boxed = np.flatnonzero(boxed)
-        found = points[boxed]
+    def near(self, joints: np.ndarray, points: np.ndarray, cells: PointCells | None = None) -> np.ndarray:
+        """Return the indices of the points (N, 3) that may be inside a body with joints (J, 3).
+
+        cells: of the points, which save looking at all of them.
+        """
+        low = joints[:BODY_COUNT].min(0) - self.reach
+        high = joints[:BODY_COUNT].max(0) + self.reach
+        if cells is None:
+            boxed = np.flatnonzero(((points >= low) & (points <= high)).all(1))
+        else:
+            boxed = cells.within(low, high)
+        if not len(boxed):
+            return boxed
+        # One array per coordinate: numpy is several times slower along a short last axis.
+        found = np.ascontiguousarray(points[boxed].T, dtype=np.float32)
         hit = np.zeros(len(boxed), bool)
-        for (start, end), radius in zip(joints[self._segments], self._radii, strict=True):
+        ends = joints[self._segments].astype(np.float32)
+        for (start, end), radius in zip(ends, self._radii, strict=True):
+            away = found - start[:, None]
             along = end - start
-            share = (found - start) @ along / max(along @ along, 1e-12)
-            away = found - (start + np.clip(share, 0, 1)[:, None] * along)
-            hit |= np.einsum("ni,ni->n", away, away) < radius**2
+            share = np.clip((along / max(along @ along, 1e-12)) @ away, 0, 1)
+            away -= along[:, None] * share
+            hit |= np.einsum("kn,kn->n", away, away) < radius**2
         return boxed[hit]
 
     def inside(self, skin: np.ndarray, points: np.ndarray) -> Inside:
         """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``."""
-        none = Inside(np.zeros(0, int), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int))
-        if not len(points):
-            return none
-        skin = np.asarray(skin, np.float64)
-        tree = cKDTree(skin, balanced_tree=False, compact_nodes=False)
-        _, near = tree.query(points, k=NEIGHBOURS)
-        normal = area_vectors(skin[self._triangles[self._around[near[:, 0]]]].reshape(-1, 3, 3))
-        normal = normal.reshape(len(points), -1, 3).sum(1)
-        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-        height = ((points - skin[near[:, 0]]) * normal).sum(-1)
-        rows = np.flatnonzero(height < UNSURE)
+        rows, near, _, _ = self._candidates(skin, points)
         if not len(rows):
-            return none
-        place, outward = self._closest(skin, points[rows], near[rows])
+            return _NOTHING
+        return self._exact(skin, points, rows, near)
+
+    def deepest(self, skin: np.ndarray, points: np.ndarray) -> float:
+        """Return the depth, metres, of the deepest of points (N, 3) inside the skin; 0 without one."""
+        rows, near, gap, height = self._candidates(skin, points)
+        # Skin is no farther than its nearest vertex: points whose vertices are nearer than the best depth are left.
+        order = np.argsort(-gap)
+        best = 0.0
+        for first in range(0, len(order), BATCH):
+            part = order[first : first + BATCH]
+            if gap[part[0]] <= best:
+                break
+            found = self._exact(skin, points, rows[part], near[part])
+            best = max(best, float(found.depth.max(initial=0.0)))
+        return best
+
+    def _candidates(
+        self, skin: np.ndarray, points: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return the points that may be inside: indices (M,), nearest vertices (M, K), metres to the nearest one (M,)
+        and heights over the plane through it (M,)."""
+        if len(points):
+            low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
+            kept = np.flatnonzero(((skin >= low) & (skin <= high)).all(1))
+        if not len(points) or len(kept) < NEIGHBOURS:
+            return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.zeros(0)
+        tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)
+        gap, near = tree.query(points, k=NEIGHBOURS)
+        near = kept[near]
+        nearest, back = np.unique(near[:, 0], return_inverse=True)
+        normal = area_vectors(skin[self._triangles[self._around[nearest]]].reshape(-1, 3, 3))
+        normal = normal.reshape(len(nearest), -1, 3).sum(1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
+        height = ((points - skin[near[:, 0]]) * normal[back]).sum(-1)
+        # Far from a vertex and high over its plane is outside; near it the triangles around decide.
+        rows = np.flatnonzero((height < UNSURE) & (gap[:, 0] < THICKEST))
+        return rows, near[rows], gap[rows, 0], height[rows]
+
+    def _exact(self, skin: np.ndarray, points: np.ndarray, rows: np.ndarray, near: np.ndarray) -> Inside:
+        """Return which of the points with indices (M,) are inside; near: (M, K) their nearest vertices."""
+        place, outward = self._closest(skin, points[rows], near)
         away = place - points[rows]
         within = (away * outward).sum(-1) > 0
         rows, away = rows[within], away[within]
         depth = np.linalg.norm(away, axis=-1)
-        own = self.vertices[near[rows, 0]]
+        own = self.vertices[near[within, 0]]
         return Inside(rows, depth, away / np.maximum(depth, 1e-9)[:, None], own)
 
     def _closest(

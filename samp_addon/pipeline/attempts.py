@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ..clock import Clock
 from ..evaluation import guards, metrics, support
-from ..evaluation.obstacles import Obstacles
+from ..evaluation.obstacles import Obstacles, shared
 from ..methods.method import Draw, Method
 from ..methods.scene_view import SceneView
 from ..methods.step import Step
@@ -38,7 +38,7 @@ def generate(
     """
     best: dict[int, Take] = {}
     ranks: dict[int, Rank] = {}
-    obstacles = Obstacles(scene.geometry.triangles)
+    obstacles = shared(scene.geometry.triangles)
     reasons: dict[int, str] = {}
     clock, waiting = Clock(), list(seeds)
     for number in range(ATTEMPTS):

@@ -14,7 +14,7 @@ from ..body.human import Human
 from ..easing import smoothstep
 from ..errors import SampError
 from ..evaluation import metrics
-from ..evaluation.obstacles import Obstacles
+from ..evaluation.obstacles import Obstacles, shared
 from ..motion import Goal, Motion
 from ..progress import Progress
 from ..scene.distance import solids
@@ -70,7 +70,7 @@ class Surroundings:
     @cached_property
     def obstacles(self) -> Obstacles:
         """Return the obstacles for the measures; cached, because all takes in a scene share them."""
-        return Obstacles(self.triangles)
+        return shared(self.triangles)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...samp_addon.evaluation import metrics
-from ...samp_addon.evaluation.obstacles import Obstacles
+from ...samp_addon.evaluation.obstacles import shared
 from ...samp_addon.methods.take import Take
 from ...samp_addon.refine.refinement import Surroundings, refine
 from ...samp_addon.scene.geometry import SceneGeometry
@@ -45,7 +45,7 @@ def mend(take: Take, scene: SceneGeometry) -> Mended:
         take.motion, Surroundings(scene.triangles, np.zeros(len(scene)), floor), take.goal, measured=False
     )
     seconds = time.perf_counter() - begun
-    obstacles = Obstacles(scene.triangles)
+    obstacles = shared(scene.triangles)
     numbers = [metrics.measure(m, take.goal, obstacles, floor) for m in (take.motion, made.motion)]
     return Mended(*numbers, seconds / max(take.motion.seconds, 1e-6), made.unsolved)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...samp_addon.errors import SampError
 from ...samp_addon.evaluation import metrics, posture
-from ...samp_addon.evaluation.obstacles import Obstacles
+from ...samp_addon.evaluation.obstacles import shared
 from ...samp_addon.methods.samp.method import Samp
 from ...samp_addon.methods.samp.networks import Networks
 from ...samp_addon.methods.samp.request import Request
@@ -139,7 +139,7 @@ def evaluate(
         results.clusters += [cluster] * len(made)
         results.furniture += [view.geometry.without(("Floor",)).triangles] * len(made)
         results.scenes += [view.geometry] * len(made)
-        obstacles = Obstacles(view.geometry.triangles)
+        obstacles = shared(view.geometry.triangles)
         results.numbers += [
             metrics.measure(take.motion, take.goal, obstacles, take.floor)
             | posture.measures(take.motion)

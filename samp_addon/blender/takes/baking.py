@@ -18,7 +18,7 @@ import bpy
 from ... import frames
 from ...body import human
 from ...errors import SampError
-from ...evaluation.obstacles import Obstacles
+from ...evaluation.obstacles import shared
 from ...methods import registry
 from ...methods.take import Failure, Take
 from ...pipeline import driver
@@ -154,7 +154,7 @@ def in_slices(
     preconditions.check_writable(context, plan.owner)
     rollback = Rollback(context)
     written, variants = [], []
-    obstacles, measured = Obstacles(plan.geometry.triangles), []
+    obstacles, measured = shared(plan.geometry.triangles), []
     pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
     try:
         with rollback.recording():
