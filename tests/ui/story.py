@@ -150,6 +150,9 @@ class _Session:
         starred = window.ask("[a.name for a in bpy.data.actions if a.get('samp_star')]")
         self._check(len(starred) == 1, f"starred are {starred}")
         window.press("unstarred=True")
+        window.shot("asks")
+        self._check(len(window.ask("ui.takes()")) == 2, "takes were deleted without asking")
+        window.key("Return")
         window.wait("ui.takes()", lambda left: left == starred)
         window.shot("kept")
 

@@ -16,16 +16,19 @@ ANGLES = (np.radians(13.0), np.radians(53.0))
 """Radians over the horizontal of backs that are leaned on; flatter ones are lain on like a mattress."""
 HINGE = 0.03
 """Metres behind the pelvis joint at which the back begins to rise: buttocks fill the corner."""
-UNEVEN = 0.06
-"""Metres between a point of the back and its plane."""
+UNEVEN, UNEVEN_SHARE = 0.06, 0.2
+"""Metres between a point of the back and its plane, and their share of the height of the back: pillows are steps."""
 EVEN_SHARE = 0.8
 """Least share of the points of a back that are on its plane."""
 LEVEL = 0.11
 """Metres by which leg rests may be higher or lower than the seat."""
 LEG_SHARE = 0.85
+SLID = 0.04
+"""Metres between the surfaces under pelvis and thighs."""
 HEIGHTS = (0.08, 0.75)
 """Metres over the floor of a seat with a leg rest."""
 LEGS = lattice((-0.13, 0.13), (0.0, 0.58), 0.06)
+THIGHS = lattice((-0.13, 0.13), (0.06, 0.36), 0.06)
 BACK = lattice((-0.13, 0.13), (-0.56, -0.17), 0.05)
 CROWN = 0.75
 """Metres over the seat of the highest point of a back that is looked at."""
@@ -55,8 +58,17 @@ def recline_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height
     middle = np.exp(-((np.ptp(np.minimum(sides, 0.5), axis=1) / 0.4) ** 2))
     quarter = (at[1] + np.pi / 4) % (np.pi / 2) - np.pi / 4
     straight = 0.3 + 0.7 * np.exp(-((quarter / np.radians(12)) ** 2))
-    level = support_share(grid, *at, height[rows], LEGS)
-    value = (legs + level) / 2 * share * np.exp(-((spread / UNEVEN) ** 2)) * reach * middle * straight
+    # A pelvis on the slope itself would slide down to the thighs' level.
+    level = np.nanmedian(grid.height(at_bodies(*at, THIGHS)), axis=1) - height[rows]
+    value = (
+        legs
+        * np.exp(-((level / SLID) ** 2))
+        * share
+        * np.exp(-((spread / UNEVEN) ** 2))
+        * reach
+        * middle
+        * straight
+    )
     score[rows] = np.where(good, value, 0.0)
     return score
 
@@ -94,4 +106,5 @@ def _plane(rise: np.ndarray, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray
     slope = ratio[np.arange(len(rise)), (known - 1) // 2]
     slope = np.where(np.isfinite(slope), slope, 0.0)
     off = np.where(missing, np.inf, np.abs(rise - slope[:, None] * run))
-    return np.arctan(slope), (off < UNEVEN).mean(axis=1), np.minimum(off, UNEVEN).mean(axis=1)
+    most = np.clip(UNEVEN_SHARE * slope * run.max(), UNEVEN / 2, UNEVEN)[:, None]
+    return np.arctan(slope), (off < most).mean(axis=1), np.minimum(off, most).mean(axis=1)
