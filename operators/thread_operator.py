@@ -68,7 +68,7 @@ class ThreadOperator:
         """Start the work beside the window. handled: whether the operator receives events already."""
         return outcome.run(self, lambda: self._begin(context, handled), {"RUNNING_MODAL"})
 
-    def _begin(self, context: bpy.types.Context, handled: bool) -> str:
+    def _begin(self, context: bpy.types.Context, handled: bool = False) -> str:
         from ..samp_addon.blender.takes import loading
 
         self._run = loading.begin()

@@ -60,15 +60,8 @@ def recline_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height
     straight = 0.3 + 0.7 * np.exp(-((quarter / np.radians(12)) ** 2))
     # A pelvis on the slope itself would slide down to the thighs' level.
     level = np.nanmedian(grid.height(at_bodies(*at, THIGHS)), axis=1) - height[rows]
-    value = (
-        legs
-        * np.exp(-((level / SLID) ** 2))
-        * share
-        * np.exp(-((spread / UNEVEN) ** 2))
-        * reach
-        * middle
-        * straight
-    )
+    even = share * np.exp(-((spread / UNEVEN) ** 2) - (level / SLID) ** 2)
+    value = legs * even * reach * middle * straight
     score[rows] = np.where(good, value, 0.0)
     return score
 
