@@ -210,7 +210,7 @@ class _Session:
         window.wait("'SAMP Path' in bpy.data.objects")
         time.sleep(1.0)
         window.shot("goals_and_path")
-        window.press("bpy.ops.samp.clear_overlays")
+        window.press("bpy.ops.samp.clear_overlays()")
         window.wait("'SAMP Path' not in bpy.data.objects")
 
     def menu(self) -> None:
