@@ -38,9 +38,11 @@ UNSURE = 0.02
 
 @dataclass(frozen=True)
 class Inside:
-    """Points inside a body. index: (N,) into the queried points. depth: (N,) metres to the nearest skin. out: (N, 3)
-    unit vectors to it. vertex: (N,) the skin's vertex nearest to each. clearance: metres between the nearest point of all
-    and a vertex."""
+    """Points inside a body.
+
+    index: (N,) into the queried points. depth: (N,) metres to the nearest skin. out: (N, 3) unit vectors to it. vertex:
+    (N,) the skin's vertex nearest to each. clearance: metres between the nearest of all points and a vertex.
+    """
 
     index: np.ndarray
     depth: np.ndarray

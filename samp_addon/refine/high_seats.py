@@ -23,7 +23,7 @@ RATE = 10.0
 """Frames per second in which thighs are looked at."""
 
 ON_PELVIS, ON_THIGH = 0.25, 0.4
-"""Shares of the thigh from the hip up to which raising the pelvis clears it, and from which on raising the knee does."""
+"""Shares of the thigh, from the hip: raising the pelvis clears it up to the first, raising the knee from the second."""
 
 WORTH = 0.012
 """Metres of rise below which feet stay flat."""
