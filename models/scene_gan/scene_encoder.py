@@ -116,8 +116,31 @@ def normalised(colours: torch.Tensor) -> torch.Tensor:
     return ((colours.float() / 255 - mean) / deviation).permute(0, 3, 1, 2).contiguous()
 
 
+def normals_of(depth: torch.Tensor, lens: torch.Tensor) -> torch.Tensor:
+    """Return normals (B, H, W, 3) in camera coordinates (x right, y down, z forward), towards the camera.
+
+    They are of the triangle that each pixel makes with its right and its lower neighbour, so that they are the same
+    whatever a picture was rendered with. depth: (B, H, W) metres along the camera's axis; 0 is nothing, with normal
+    0. lens: (B, 3) focal length and principal point in widths.
+    """
+    count, height, width = depth.shape
+    y, x = torch.meshgrid(
+        (torch.arange(height, device=depth.device) + 0.5) / width,
+        (torch.arange(width, device=depth.device) + 0.5) / width,
+        indexing="ij",
+    )
+    focal, middle_x, middle_y = (lens[:, k].view(count, 1, 1) for k in range(3))
+    points = torch.stack([(x - middle_x) / focal * depth, (y - middle_y) / focal * depth, depth], -1)
+    right = functional.pad(points[:, :, 1:] - points[:, :, :-1], (0, 0, 0, 1))
+    right[:, :, -1] = right[:, :, -2]
+    down = functional.pad(points[:, 1:] - points[:, :-1], (0, 0, 0, 0, 0, 1))
+    down[:, -1] = down[:, -2]
+    normal = functional.normalize(torch.cross(down, right, dim=-1), dim=-1)
+    return normal * (depth > 0)[..., None]
+
+
 def geometry(depth: torch.Tensor, normals: torch.Tensor) -> torch.Tensor:
-    """Return network inputs (B, 4, H, W) of depth (B, H, W), metres, and normals (B, H, W, 3) in camera coordinates.
+    """Return network inputs (B, 4, H, W) of depth (B, H, W), metres, and normals (B, H, W, 3), see `normals_of`.
 
     Inverse depth: what is near counts most, and 0 is nothing.
     """

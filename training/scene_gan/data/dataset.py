@@ -20,7 +20,7 @@ SMALL = (
     "root", "rotations", "labels", "body", "rest", "pairs", "lens", "extrinsics", "heights", "corners",
     "room_of_picture",
 )  # fmt: skip
-MAPS = ("colour", "depth", "normal", "classes")
+MAPS = ("colour", "depth", "classes")
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class Dataset:
     def pictures(self, name: str, batch: Batch, step: int = 1) -> torch.Tensor:
         """Return a map (B, H, W, ...) of a batch, moved and mirrored as its starts are; 0 outside the picture.
 
-        name: colour, depth (metres), normal or classes. step: of every how many pixels; the pixels' middles.
+        name: colour, depth (metres) or classes. step: of every how many pixels; the pixels' middles.
         """
         picture = self.small["pairs"][batch.pairs, 0].long()
         values = self.maps[name]
@@ -128,16 +128,11 @@ class Dataset:
             order, back = np.unique(picture.cpu().numpy(), return_inverse=True)
             chosen = torch.as_tensor(_signed(values[order]))[torch.as_tensor(back)].to(self.device)
         chosen = torch.where(batch.mirrored.view(-1, *(1 for _ in chosen.shape[1:])), chosen.flip(2), chosen)
-        if name == "normal":
-            sign = torch.where(batch.mirrored, -1, 1).to(chosen.dtype)
-            chosen = torch.cat([chosen[..., :1] * sign.view(-1, 1, 1, 1), chosen[..., 1:]], dim=-1)
         lens = self.small["lens"][picture]
         own = torch.where(batch.mirrored, 1 - lens[:, 1], lens[:, 1])
         shift = (batch.start.lens[:, 1:] - torch.stack([own, lens[:, 2]], -1)) * self.width
         moved = _moved(chosen, torch.round(shift).long(), step)
-        if name == "depth":
-            return moved.float() / 1000
-        return moved.float() / 127 if name == "normal" else moved
+        return moved.float() / 1000 if name == "depth" else moved
 
     def height_maps(self, batch: Batch) -> torch.Tensor:
         """Return height maps (B, 2, CELLS, CELLS) around the starts, metres."""
@@ -164,7 +159,20 @@ class Dataset:
             return self.height_maps(batch)
         if view == "colour":
             return scene_encoder.normalised(self.pictures("colour", batch))
-        return scene_encoder.geometry(self.pictures("depth", batch), self.pictures("normal", batch))
+        depth = self.pictures("depth", batch)
+        return scene_encoder.geometry(depth, scene_encoder.normals_of(depth, batch.start.lens))
+
+    def targets(self, batch: Batch) -> dict[str, torch.Tensor]:
+        """Return what a decoder is trained on, of DECODED size: depth (B, 1, H, W), 0 where there is none; normal
+        (B, 3, H, W); classes (B, H, W), and whether the picture reaches there: known (B, H, W)."""
+        step = self.width // scene_encoder.DECODED[1]
+        depth = self.pictures("depth", batch)
+        normal = scene_encoder.normals_of(depth, batch.start.lens)[:, step // 2 :: step, step // 2 :: step]
+        depth = depth[:, step // 2 :: step, step // 2 :: step]
+        found = {"depth": depth[:, None], "normal": normal.permute(0, 3, 1, 2), "known": (depth > 0).float()}
+        if "classes" in self.maps:
+            found["classes"] = self.pictures("classes", batch, step).long()
+        return found
 
 
 def load(folder: Path, device: torch.device | str = "cpu", resident: bool = False) -> Dataset:

@@ -39,27 +39,22 @@ def smaller(colour: np.ndarray, size: tuple[int, int] = SIZE) -> np.ndarray:
 
 
 def maps(tracer: Tracer, camera: Camera, size: tuple[int, int] = SIZE) -> dict[str, np.ndarray]:
-    """Return the empty room's depth (H, W) uint16 in millimetres, normal (H, W, 3) int8 / 127 in camera coordinates,
-    and classes (H, W) uint8."""
+    """Return the empty room's depth (H, W) uint16 in millimetres and classes (H, W) uint8."""
     width, height = size
     rays = camera.rays(size).reshape(-1, 3)
     hits = tracer.trace(np.broadcast_to(camera.position, rays.shape), rays)
     ahead = np.where(np.isfinite(hits.distance), hits.distance * -(rays @ camera.axes[2]), 0.0)
     ahead = np.where(ahead < FARTHEST, ahead, 0.0)
-    normal = hits.normal @ camera.axes.T * np.array([1.0, -1.0, -1.0])
     return {
         "depth": np.round(ahead * 1000).astype(np.uint16).reshape(height, width),
-        "normal": np.round(normal * 127).astype(np.int8).reshape(height, width, 3),
         "classes": np.minimum(hits.classes, PERSON - 1).astype(np.uint8).reshape(height, width),
     }
 
 
 def of_room(data: RoomData, size: tuple[int, int] = SIZE) -> dict[str, np.ndarray]:
-    """Return the arrays of all pictures of a room: colour, depth, normal, classes, lens (P, 3), extrinsics (P, 4, 4),
+    """Return the arrays of all pictures of a room: colour, depth, classes, lens (P, 3), extrinsics (P, 4, 4),
     and episode and frame (P,) of the person who was in each."""
-    made: dict[str, list[np.ndarray]] = {
-        name: [] for name in ("colour", "depth", "normal", "classes", "lens")
-    }
+    made: dict[str, list[np.ndarray]] = {name: [] for name in ("colour", "depth", "classes", "lens")}
     tracer = Tracer(data.room)
     frame = np.array(data.array("pictures", "frame"))
     for number in range(len(frame)):
