@@ -12,8 +12,7 @@ import torch
 from ....models.scene_gan import height_map, kinematics, scene_encoder
 from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.start import Start
-from . import heights
-from .make import ROOT_UNIT
+from .units import HEIGHT_CELL, HEIGHT_UNIT, NOTHING, ROOT_UNIT
 
 _MIRRORED = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20)
 SMALL = (
@@ -139,12 +138,12 @@ class Dataset:
         picture = self.small["pairs"][batch.pairs, 0].long()
         room = self.small["room_of_picture"][picture].long()
         raw = self.small["heights"][room].float()
-        grids = torch.where(raw == heights.NOTHING, torch.full_like(raw, -1), raw * heights.UNIT)[:, None]
+        grids = torch.where(raw == NOTHING, torch.full_like(raw, -1), raw * HEIGHT_UNIT)[:, None]
         local = batch.start.root.clone()
         local[batch.mirrored, 0] *= -1
         places = (local[:, None] @ self.axes[picture].transpose(1, 2))[:, 0] + self.eye[picture]
         made = height_map.around(
-            grids, self.small["corners"][room], heights.CELL, places[:, [0, 2]], self.yaw[picture]
+            grids, self.small["corners"][room], HEIGHT_CELL, places[:, [0, 2]], self.yaw[picture]
         )
         return torch.where(batch.mirrored.view(-1, 1, 1, 1), made.flip(2), made)
 

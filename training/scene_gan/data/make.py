@@ -17,10 +17,10 @@ import numpy as np
 
 from ...rooms.corpus import store
 from . import heights, room_pictures, room_windows
+from .units import ROOT_UNIT
 
 WINDOWS = 250  # of a room, at random
 PAIRS = 12  # windows of a picture
-ROOT_UNIT = 2e-4  # metres of a step of stored positions
 PER_PICTURE = ("colour", "depth", "classes", "lens", "extrinsics")
 PER_WINDOW = ("root", "rotations", "labels")
 

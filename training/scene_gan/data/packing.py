@@ -79,7 +79,7 @@ def _encode_rotations(quats: np.ndarray) -> np.ndarray:
     values = quats.astype(np.int32)
     dot = (values[:, 1:] * values[:, :-1]).sum(-1, dtype=np.int64)
     values[:, 1:] *= np.cumprod(np.where(dot < 0, -1, 1), axis=1)[..., None]
-    rounded = np.round(values / (1 << QUATERNION_SHIFT)).astype(np.int16)
+    rounded = np.round(values / (1 << QUATERNION_SHIFT)).clip(-2047, 2047).astype(np.int16)
     return _temporal(rounded.reshape(*rounded.shape[:2], -1).view(np.uint16))
 
 
