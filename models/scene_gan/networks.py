@@ -12,12 +12,15 @@ from torch import nn
 from .. import weights
 from .generators import JointGenerator, PoseGenerator, Sizes, TrajectoryGenerator
 from .height_map import HeightMapEncoder
+from .kinematics import JOINTS
 from .projection import Motions
 from .scene_encoder import SceneEncoder
 from .start import Start
 
 NAME = "scene_gan"
 VIEWS = ("colour", "geometry", "height")
+STANDING = 16
+"""Poses of standing people that are kept with the networks; takes begin in one of them."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,18 @@ def encoder(settings: Settings) -> SceneEncoder | HeightMapEncoder:
 
 
 class SceneGan(nn.Module):
-    """Encoder and generators."""
+    """Encoder and generators.
+
+    standing: (STANDING, 22, 6) captured rotations of people who stand and face +Z.
+    """
+
+    standing: torch.Tensor
 
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         self.settings = settings
+        upright = torch.tensor([1.0, 0, 0, 0, 1, 0]).expand(STANDING, JOINTS, 6)
+        self.register_buffer("standing", upright.clone())
         self.encoder = encoder(settings)
         if settings.separate:
             self.trajectory = TrajectoryGenerator(settings.sizes)

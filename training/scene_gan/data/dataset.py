@@ -106,6 +106,29 @@ class Dataset:
         """Return the labels (B, 65) of windows' frames."""
         return self.small["labels"][self.small["pairs"][pairs, 1].long()][:, 1:]
 
+    def standing(self, count: int, label: int = 0) -> torch.Tensor:
+        """Return rotations (count, 22, 6) of people who stand still, turned to face +Z.
+
+        label: of standing. The slowest and most upright starts are taken, of different bodies where there are many.
+        """
+        found = []
+        for first in range(0, len(self), 512):
+            pairs = torch.arange(first, min(first + 512, len(self)), device=self.device)
+            batch = self.batch(pairs[self.labels(pairs)[:, 0] == label])
+            start = batch.start
+            pace = start.joint_velocity.norm(dim=-1).mean(-1) + start.root_velocity.norm(dim=-1)
+            upright = start.height > 0.97 * -start.rest[:, :, 1].min(1).values
+            found.append((pace[upright], start.six[upright], start.positions[upright]))
+        pace, six, joints = (torch.cat(parts) for parts in zip(*found, strict=True))
+        if not len(pace):
+            raise ValueError("nobody stands in this data set")
+        rows = pace.argsort()[: 4 * count][torch.arange(count) * min(4 * count, len(pace)) // count]
+        across = joints[rows, 1] - joints[rows, 2]
+        turn = _yawed_axes(torch.atan2(-across[:, 2], across[:, 0]))
+        matrices = kinematics.matrices(six[rows])
+        matrices[:, 0] = turn.transpose(1, 2) @ matrices[:, 0]
+        return kinematics.six_numbers(matrices)
+
     def _shift(self, start: Start) -> torch.Tensor:
         """Return whole pixels (B, 2), x and y, by which pictures are moved so that the pelvis is in their middle."""
         from ....models.scene_gan.projection import ASPECT, project

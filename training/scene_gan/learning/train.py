@@ -114,6 +114,7 @@ def main(arguments: list[str] | None = None) -> int:
     data = dataset.load(chosen.data, chosen.device, resident=chosen.device != "cpu")
     encoder = None if chosen.encoder is None else load_encoder(chosen.encoder, wanted.settings)
     made = Trainer(data, wanted, encoder)
+    made.keep_standing()
     if (chosen.work / STATE).exists():
         made.resume(chosen.work / STATE)
         print(f"goes on at step {made.step_number}", flush=True)

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from ....models.scene_gan import critics as judges
-from ....models.scene_gan.networks import SceneGan
+from ....models.scene_gan.networks import STANDING, SceneGan
 from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.scene_encoder import SceneEncoder
 from ..data.dataset import Batch, Dataset
@@ -67,6 +67,11 @@ class Trainer:
                 made.append(self.networks.encoder(self.data.views(self.options.settings.view, batch)).half())
         self.features = torch.cat(made).view(2, len(self.data), -1)
         self.networks.train()
+
+    def keep_standing(self) -> None:
+        """Store standing poses of the data set with the networks."""
+        self.networks.standing.copy_(self.data.standing(STANDING))
+        self.average["standing"].copy_(self.networks.standing)
 
     def scene(self, batch: Batch) -> torch.Tensor:
         """Return the scene features (B, scene) of a batch, cached ones where the encoder is not trained along."""
