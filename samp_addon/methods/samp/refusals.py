@@ -168,13 +168,9 @@ def _advice(step: Step, target: np.ndarray, floor: float | None) -> str:
     if size.max() < 0.2:
         return f"it is only {size.max():.2g} m large, so check that a unit of the scene is a metre"
     if high[1] - floor < least:
-        return (
-            f"its top is only {max(high[1] - floor, 0):.2f} m above the floor, and {least:.2f} m are needed"
-        )
+        return f"its top is only {max(high[1] - floor, 0):.2f} m above the floor; choose one of at least {least:.2f} m"
     if low[1] - floor > most:
-        return (
-            f"it is {low[1] - floor:.2f} m above the floor beside it, and at most {most:.2f} m can be reached"
-        )
+        return f"it begins {low[1] - floor:.2f} m above the floor beside it; choose one that is at most {most:.2f} m up"
     if step.action == "lie":
         return "choose one with a flat, free surface of about 1.7 x 0.5 m below 0.85 m"
     return "choose one with a flat, free seat between 0.25 and 0.85 m above the floor and room for the legs"

@@ -158,6 +158,13 @@ def constrained(owner: bpy.types.Object) -> None:
     owner.pose.bones["left_foot"].constraints.new("IK")
 
 
+def told_of_bones(room: Room) -> None:
+    """Assert that the take is measured as Blender shows it, with a warning that names the constraint."""
+    _, numbers = measure.measure_take(bpy.context)
+    assert numbers["success"] is False
+    assert "'Limit Location' of its bone 'pelvis'" in room.owner.animation_data.action["samp_warnings"]
+
+
 def shared_bones(room: Room) -> None:
     twin = room.owner.copy()
     twin.name, twin.location = "Twin", (3, 3, 0)
@@ -221,7 +228,10 @@ CASES = (
     ),
     Case("another rest pose", edit_bones(bent_rest_pose), message="rest pose of 'Human'"),
     Case(
-        "another rig clicked, refined", another_rig, message="'Rig' is not an SMPL-X armature", press=REFINE
+        "another rig clicked, refined",
+        both(with_take, another_rig),
+        message="'Rig' is not an SMPL-X armature",
+        press=REFINE,
     ),
     Case("mirrored character", change(lambda owner: setattr(owner, "scale", (-1, 1, 1))), message="scale"),
     Case(
@@ -241,9 +251,15 @@ CASES = (
         check=reaches,
     ),
     Case("parented character", parented),
-    Case("character in centimetres", meshcapade),
+    # A character that the artist brought is given a start with its first take.
+    Case("character in centimetres", meshcapade, changes=(r"objects/Human\[custom\]",)),
     Case("locked bones with Euler angles", change(euler)),
-    Case("constraints on bones", change(constrained)),
+    Case(
+        "constraints on bones",
+        change(constrained),
+        press=press("sit_here", target="Sofa"),
+        check=told_of_bones,
+    ),
     Case("bones shared by two objects", shared_bones),
     Case("hidden character", change(lambda owner: owner.hide_set(True))),
     Case("character in rest position", change(lambda owner: setattr(owner.data, "pose_position", "REST"))),
