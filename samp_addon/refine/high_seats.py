@@ -25,6 +25,9 @@ RATE = 10.0
 ON_PELVIS, ON_THIGH = 0.25, 0.4
 """Shares of the thigh, from the hip: raising the pelvis clears it up to the first, raising the knee from the second."""
 
+UPRIGHT = 0.5
+"""Vertical component of the trunk of a body that sits; others lie."""
+
 WORTH = 0.012
 """Metres of rise below which feet stay flat."""
 
@@ -50,7 +53,11 @@ def knee_rises(motion: Motion, thin: ThinThings) -> np.ndarray:
     rows = np.arange(0, len(motion), max(1, round(motion.fps / RATE)))
     sampled = motion.pose_slice(rows)
     row, vertex, point, depth = thin.seats(sampled)
-    joints, carrier = sampled.forward_kinematics()[0], thin.carriers[vertex]
+    joints = sampled.forward_kinematics()[0]
+    trunk = joints[:, skeleton.INDEX["neck"]] - joints[:, 0]
+    upright = (trunk[:, 1] > UPRIGHT * np.linalg.norm(trunk, axis=-1))[row]
+    row, vertex, point, depth = row[upright], vertex[upright], point[upright], depth[upright]
+    carrier = thin.carriers[vertex]
     for column, foot in enumerate(FEET):
         own = carrier == foot.hip
         hip, thigh = joints[row, foot.hip], joints[row, foot.knee] - joints[row, foot.hip]

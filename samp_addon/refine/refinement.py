@@ -114,7 +114,7 @@ def refine(
     refined = smoothed(motion, settings.smooth)
     if settings.contact > 0:
         refined = settle(refined, scene, body)
-    thin = _thin_things(refined, surroundings, body, scene)
+    thin = _thin_things(refined, surroundings, body, scene, goal)
     if thin is not None and settings.thin > 0:
         refined = knees_raised(refined, knee_rises(refined, thin))
     feet = None
@@ -212,11 +212,14 @@ def _require_finite(motion: Motion) -> None:
             )
 
 
-def _thin_things(motion: Motion, surroundings: Surroundings, body: Human, scene: Field) -> ThinThings | None:
+def _thin_things(
+    motion: Motion, surroundings: Surroundings, body: Human, scene: Field, goal: Goal | None
+) -> ThinThings | None:
     """Return the surfaces around a motion, sampled, without its floor; None where there are none."""
     from .thin_things import ThinThings  # imports torch
 
-    return ThinThings.around(motion, surroundings.triangles, surroundings.give, body, scene.floor)
+    seat = goal if goal is not None and goal.action == "sit" else None
+    return ThinThings.around(motion, surroundings.triangles, surroundings.give, body, scene.floor, seat)
 
 
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:

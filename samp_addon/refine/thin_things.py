@@ -1,7 +1,8 @@
 """Thin things that pass through a body: samples of the scene's surface, pushed to the nearest skin. Imports torch.
 
 Solids push vertices out (field.py); a seat of one sheet, a slat or a wire has no inside, and vertices pass it unseen.
-The nearest skin of a sample deep in a thigh can be the upper one; a seat under a seated body is pushed out downwards.
+The nearest skin of a sample deep in a thigh can be the upper one: a seat under a seated body is pushed out downwards,
+its back rest backwards.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ..body import human
 from ..body.hands import complete
 from ..body.human import Human
 from ..evaluation.skin_depth import Inside, SkinSurface, surface_of
-from ..motion import Motion
+from ..motion import Goal, Motion
 from ..scene.distance.point_cells import PointCells
 from ..scene.distance.surface_samples import samples_in_box
 from ..scene.geometry import area_vectors, extent
@@ -55,7 +56,15 @@ LEVEL = 0.7
 """Vertical component of the normals of seats."""
 
 DEEP = 0.015
-"""Metres of depth from which on a seat is pushed out downwards."""
+"""Metres of depth from which on a seat is pushed out downwards, and a back rest backwards."""
+
+BEHIND, BACK_REACH = 0.03, 0.8
+"""Metres behind a seated pelvis' goal from which on steep surfaces are its back rest, and around it up to which."""
+
+TRUNK = ("pelvis", "spine1", "spine2", "spine3")
+
+UPRIGHT_VIEW = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
+"""Coordinates of a point (3,) seen from above."""
 
 
 @dataclass(frozen=True)
@@ -86,11 +95,14 @@ class Pierced:
 class ThinThings:
     """Samples (N, 3) of the surfaces around one take, whose changes are small.
 
-    level: (N,) flags of samples of level surfaces. give: (N,) metres by which their objects yield.
+    level: (N,) flags of samples of level surfaces. give: (N,) metres by which their objects yield. goal: of a seated
+    body, behind which steep surfaces are its back rest; None where there is none.
     """
 
-    def __init__(self, samples: np.ndarray, level: np.ndarray, give: np.ndarray, body: Human) -> None:
-        self.samples, self.level, self.give, self.body = samples, level, give, body
+    def __init__(
+        self, samples: np.ndarray, level: np.ndarray, give: np.ndarray, body: Human, goal: Goal | None = None
+    ) -> None:
+        self.samples, self.level, self.give, self.body, self.goal = samples, level, give, body, goal
         self.surface: SkinSurface = surface_of(body)
         self.skin = Skin(body, np.arange(len(body.vertices)))
         self._cells = PointCells(samples)
@@ -98,7 +110,9 @@ class ThinThings:
         self.carriers = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0]
         """Joint (V,) that carries most of each vertex."""
         self._carrying = np.isin(self.carriers, [INDEX[name] for name in ("pelvis", "left_hip", "right_hip")])
-        self._underside = self._carrying & (body.vertices[:, 2] < body.joints[self.carriers][:, 2])
+        self._trunk = np.isin(self.carriers, [INDEX[name] for name in TRUNK])
+        behind = body.vertices[:, 2] < body.joints[self.carriers][:, 2]
+        self._underside, self._back = self._carrying & behind, self._trunk & behind
         self._at = np.full(len(body.vertices), -1)  # of a body's vertex among those of the surface
         self._at[self.surface.vertices] = np.arange(len(self.surface.vertices))
         self._rows: np.ndarray | None = None
@@ -106,7 +120,13 @@ class ThinThings:
 
     @classmethod
     def around(
-        cls, motion: Motion, triangles: np.ndarray, give: np.ndarray, body: Human, floor: float | None
+        cls,
+        motion: Motion,
+        triangles: np.ndarray,
+        give: np.ndarray,
+        body: Human,
+        floor: float | None,
+        goal: Goal | None = None,
     ) -> ThinThings | None:
         """Sample what a take comes near, without the floor; None where there is nothing.
 
@@ -123,7 +143,7 @@ class ThinThings:
         used, back = np.unique(owners, return_inverse=True)
         normal = area_vectors(triangles[used])
         level = np.abs(normal[:, 1]) > LEVEL * np.linalg.norm(normal, axis=-1)
-        return cls(samples, level[back], give[owners], body)
+        return cls(samples, level[back], give[owners], body, goal)
 
     def afresh(self) -> ThinThings:
         """Return the same surfaces for other frames."""
@@ -193,15 +213,24 @@ class ThinThings:
         index = near[inside.index]
         point, vertex = self.samples[index], inside.vertex.copy()
         out, depth = inside.out.copy(), inside.depth.copy()
-        seat = self._carrying[vertex] & self._are_seats(index, pelvis) & self._is_over_seat(near, pelvis)
-        deep = np.flatnonzero(seat & (depth > DEEP))
-        if len(deep):
-            under = np.flatnonzero(self._underside[self.surface.vertices])
-            _, nearest = cKDTree(skin[under][:, [0, 2]]).query(point[deep][:, [0, 2]])
-            below = point[deep, 1] - skin[under[nearest], 1]
-            deeper = below > depth[deep]
-            deep, below, lowest = deep[deeper], below[deeper], under[nearest[deeper]]
-            vertex[deep], depth[deep], out[deep] = self.surface.vertices[lowest], below, [0.0, -1.0, 0.0]
+        seated = self._is_over_seat(near, pelvis)
+        seat = seated & self._carrying[vertex] & self._are_seats(index, pelvis)
+        pushed = [(seat, self._underside, np.array([0.0, -1.0, 0.0]))]
+        if seated and self.goal is not None:
+            pushed.append((self._trunk[vertex] & self._are_backs(index), self._back, -self.goal.direction))
+        for rows, skin_side, axis in pushed:
+            deep = np.flatnonzero(rows & (depth > DEEP))
+            if not len(deep):
+                continue
+            own = np.flatnonzero(skin_side[self.surface.vertices])
+            beside = (
+                np.stack([[axis[2], 0.0, -axis[0]], [0.0, 1.0, 0.0]], -1) if axis[1] == 0 else UPRIGHT_VIEW
+            )
+            nearest = own[cKDTree(skin[own] @ beside).query(point[deep] @ beside)[1]]
+            along = (skin[nearest] - point[deep]) @ axis
+            deeper = along > depth[deep]
+            deep, nearest, along = deep[deeper], nearest[deeper], along[deeper]
+            vertex[deep], depth[deep], out[deep] = self.surface.vertices[nearest], along, axis
         place = skin[self._at[vertex]]
         depth += CLEARANCE - self.give[index] - self._yields[vertex]
         return _Found(vertex, place, out, depth, point, seat)
@@ -210,6 +239,14 @@ class ThinThings:
         """Return flags (N,) of samples of level surfaces at the height of a seat under a pelvis joint (3,)."""
         below = pelvis[1] - self.samples[index, 1]
         return self.level[index] & (below > SEATED[0]) & (below < SEATED[1])
+
+    def _are_backs(self, index: np.ndarray) -> np.ndarray:
+        """Return flags (N,) of samples of steep surfaces behind the goal of a seated body."""
+        away = self.samples[index] - self.goal.position
+        behind = away @ self.goal.direction < -BEHIND
+        return (
+            ~self.level[index] & behind & (away[:, 1] > -SEATED[0]) & (np.square(away).sum(1) < BACK_REACH**2)
+        )
 
     def _is_over_seat(self, near: np.ndarray, pelvis: np.ndarray) -> bool:
         """Return whether a seat is under the pelvis joint (3,)."""

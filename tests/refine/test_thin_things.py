@@ -6,7 +6,7 @@ import torch
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.evaluation import collision
-from samp_blender.samp_addon.motion import Motion
+from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.refine import energies
 from samp_blender.samp_addon.refine.high_seats import knee_rises, knees_raised
 from samp_blender.samp_addon.refine.refinement import Settings, Surroundings, refine
@@ -93,6 +93,18 @@ def test_seats_deep_in_the_thighs_are_pushed_out_downwards():
     deepest = seat & (found.depth.numpy() > 0.05)
     assert deepest.sum() > 20
     assert (found.out.numpy()[deepest, 1] < -0.9).all()
+
+
+def test_a_back_rest_deep_in_the_trunk_is_pushed_out_backwards():
+    motion, scene = sitting(0.0, 1), around(seat=(-0.2, 0.26))
+    x, y, z = 0.3, (SEAT + 0.15, SEAT + 0.4), motion.root[0, 2] + 0.02
+    a, b, c, d = [(-x, y[0], z), (x, y[0], z), (x, y[1], z), (-x, y[1], z)]
+    triangles = np.concatenate([scene.triangles, np.array([[a, b, c], [a, c, d]])])
+    goal = Goal(motion.root[0] + [0.0, 0.0, 0.1], np.array([0.0, 0.0, 1.0]), "sit")
+    found = ThinThings.around(motion, triangles, np.zeros(len(triangles)), BODY, 0.0, goal).pierced(motion)
+    back = (found.point[:, 2].numpy() == z) & (found.depth.numpy() > 0.06)
+    assert back.sum() > 20
+    assert (found.out.numpy()[back, 2] < -0.9).all()
 
 
 def test_a_table_over_the_thighs_is_no_seat():
