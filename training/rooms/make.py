@@ -21,6 +21,7 @@ from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
 from .corpus.room_builder import RoomBuilder
 from .episodes import bank as banks
+from .episodes.fitted_set import FittedSet
 from .episodes.search import Search
 from .episodes.uses import Composed, Uses
 from .layout import stock
@@ -55,9 +56,16 @@ def room_builder(options: argparse.Namespace) -> RoomBuilder:
         part = kept.with_suffix(f".{os.getpid()}")
         part.write_bytes(pickle.dumps((bank, uses)))
         part.replace(kept)
-    stocks = {name: stock.build(options.furniture, name == "test", options.seed) for name in store.SPLITS}
+    seats = None
     if options.uses == "fitted":
         uses = _fitted(bank, uses, cache)
+    if options.fitted is not None:
+        uses = _fitted_set(options.fitted, bank, uses, cache)
+        seats = uses.used_items()
+    stocks = {
+        name: stock.build(options.furniture, name == "test", options.seed, seats if name == "train" else None)
+        for name in store.SPLITS
+    }
     return RoomBuilder(cache, options.seed, stocks, bank, Search(bank), uses, options.episodes)
 
 
@@ -69,6 +77,19 @@ def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
     firsts = np.flatnonzero(np.diff(bank.clip, prepend=-1))
     clip = min((event.clip for event in composed.events), key=len)
     return Fitted(composed, WalkIndex([clip], history=2), bank.names, firsts, cache / "fitted")
+
+
+def _fitted_set(path: Path, bank: banks.Bank, others: Uses, cache: Path) -> FittedSet:
+    """Sits and lies of a file for training rooms; ``others`` for the pieces of test rooms."""
+    kept = cache / "fitted.pkl"
+    if not kept.exists():
+        made = FittedSet(path, bank)
+        part = kept.with_suffix(f".{os.getpid()}")
+        part.write_bytes(pickle.dumps(made))
+        part.replace(kept)
+    made = pickle.loads(kept.read_bytes())
+    made.others = others
+    return made
 
 
 def _one(task: tuple[int, str, int]) -> dict:
@@ -95,6 +116,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--furniture", type=Path, default=DEFAULT_FOLDER)
     parser.add_argument(
         "--uses", choices=("composed", "fitted"), default="composed", help="sits and lies on furniture"
+    )
+    parser.add_argument(
+        "--fitted",
+        type=Path,
+        help="training set of fitted sits and lies, whose pieces furnish the training rooms",
     )
     parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
     parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")

@@ -14,21 +14,24 @@ from scipy.spatial import cKDTree
 
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.body import human
+from ...samp_addon.body.hands import complete
 from ...samp_addon.evaluation import feet
 from ...samp_addon.evaluation.obstacles import Obstacles
+from ...samp_addon.evaluation.skin_depth import SkinSurface
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
+from ..fitting.shapes import probes
 from ..mocap import clip_files
 from ..mocap.posture import neutralised
 from .classes import CLASS
-from .corpus import store, views
+from .corpus import store
 from .episodes.bank import LABELS, SETS
 from .make import DEFAULT_MOCAP
 
 SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
 DEEP = 0.02  # metres
+CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
 STRIDE = 10  # frames between two that penetration is looked at
-SAMPLE = 0.015  # metres between surface samples
 BACKED = 0.45  # metres that a piece rises over its seat's pelvis, less that of a back's least height
 COMPONENTS = 24  # of a pose, for Fréchet distances
 KNEES = (("left_hip", "left_knee", "left_ankle"), ("right_hip", "right_knee", "right_ankle"))
@@ -59,15 +62,7 @@ class Hard:
         room = data.room
         soft = [k for k, c in enumerate(room.categories) if c in SOFT]
         shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
-        triangles = room.triangles[~np.isin(room.objects, soft) & ~shell]
-        self.obstacles = Obstacles(triangles)
-        area = (
-            np.linalg.norm(
-                np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=-1
-            ).sum()
-            / 2
-        )
-        self.samples, _ = geometry.sample_surface(triangles, int(area / SAMPLE**2), seed=0)
+        self.obstacles = Obstacles(room.triangles[~np.isin(room.objects, soft) & ~shell])
 
     def skin_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
         """The deepest skin (T,) inside of things, metres."""
@@ -75,22 +70,21 @@ class Hard:
 
     def surface_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
         """The deepest surface sample (T,) inside the body, metres from the nearest skin."""
-        triangles, _ = views.faces()
+        surface = SkinSurface(body)
+        interior = probes.interior(motion.root, motion.rotations)
+        joints = skeleton.forward_kinematics(motion.root, complete(motion.rotations), body.joints)[0]
         out = np.zeros(len(motion))
-        for frame, skin in enumerate(human.skin(body, motion)):
-            low, high = skin.min(0), skin.max(0)
-            near = self.samples[((self.samples > low) & (self.samples < high)).all(-1)]
-            if not len(near):
-                continue
-            corners = skin[triangles]
-            face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            normal = np.zeros_like(skin)
-            for k in range(3):
-                np.add.at(normal, triangles[:, k], face)
-            gap, nearest = cKDTree(skin).query(near, distance_upper_bound=0.12)
-            found = np.isfinite(gap)
-            inside = ((near[found] - skin[nearest[found]]) * normal[nearest[found]]).sum(-1) < 0
-            out[frame] = gap[found][inside].max(initial=0.0)
+        for frame, skin in enumerate(human.skin(body, motion, surface.vertices)):
+            low, high = joints[frame].min(0) - surface.reach, joints[frame].max(0) + surface.reach
+            samples = self.obstacles.samples(low, high)
+            samples = samples[surface.near(joints[frame], samples)]
+            found = surface.inside(skin, samples)
+            # Skin that folds over itself in the groin faces inwards: points of the body's inside have to be near, too.
+            if len(found.depth) and found.depth.max() > CONFIRMED:
+                near = cKDTree(interior[frame]).query(samples[found.index])[0] < CONFIRMED_NEAR
+                out[frame] = found.depth[near].max(initial=0.0)
+            else:
+                out[frame] = found.depth.max(initial=0.0)
         return out
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....samp_addon import skeleton
 from ....samp_addon.easing import smoothstep
 from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
@@ -17,7 +18,7 @@ from . import route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
 from .blending import LEAD, Piece, from_bank
 from .matching import Walk
-from .scene import PlacedUse, Scene
+from .scene import KEYS, PlacedUse, Scene
 
 SECONDS = (15.0, 38.0)
 LONGEST = 40.0
@@ -28,6 +29,8 @@ STAYING = 0.06  # probability of keeping a use from which nothing captured rises
 MEET = 75  # last frames of a walk that are searched for the transition to a use
 MEET_PLACE, MEET_TURN = 0.16, 0.3  # metres and radians that weigh as much as one unit of pose distance
 FARTHEST, WIDEST = 0.45, np.radians(55)
+KEY_WEIGHTS = np.array([2.0, 2, 2, 1, 1, 0.5, 0.3, 0.3])
+FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
 IDLE, WALKING = LABELS.index("idle"), LABELS.index("walk")
 
@@ -180,8 +183,24 @@ class EpisodeComposer:
             ups = [*ups, placed]
         if not ups:
             return True
-        self._rise(_drawn(ups, rng))
+        self._rise_on(ups)
         return False
+
+    def _rise_on(self, ups: list[PlacedUse]) -> None:
+        """Append one of some rises, from where its hold is closest to the present pose."""
+        now = key_joints(self.pieces[-1])
+        best = (np.inf, ups[0], LEAD)
+        for placed in ups:
+            first = np.arange(LEAD, max(placed.use.seat_end - 3, LEAD + 1), 3)
+            gap = np.linalg.norm(placed.keys[first] - now, axis=-1)
+            # Feet slide where they differ; the shortest remaining hold is taken where several are alike.
+            cost = (gap * KEY_WEIGHTS).sum(1) * self.rng.uniform(1, 1.4)
+            k = int(cost.argmin())
+            best = min(best, (float(cost[k]), placed, int(first[k])), key=lambda b: b[0])
+        cost, placed, first = best
+        if cost > FARTHEST_REST:
+            raise EpisodeFailed("no rise from this pose")
+        self._add_use(placed, first, len(placed.use.labels))
 
     def _add_hold(self, placed: PlacedUse) -> None:
         count = len(placed.use.labels)
@@ -220,6 +239,12 @@ class EpisodeComposer:
         self.pose = pose_of(self.bank, placed.root[end], placed.rotations[end])[-1]
         self.flat = flat_root(placed.root[end], placed.rotations[end])[-1]
         self.speed = float(np.linalg.norm(placed.flat[stop - 1, :2] - placed.flat[stop - 4, :2]) * FPS / 3)
+
+
+def key_joints(piece: Piece) -> np.ndarray:
+    """Places (K, 3) of scene.KEYS in the last frame of a piece."""
+    rest = skeleton.default_rest_joints()
+    return skeleton.forward_kinematics(piece.root[-1:], piece.rotations[-1:], rest)[0][0, KEYS]
 
 
 def _drawn(placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:

@@ -29,6 +29,8 @@ BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9
 RADII = np.array(
     [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
 )
+KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
+        "left_wrist", "right_wrist")]  # fmt: skip
 SHARES = (0.15, 0.5, 0.85)
 DEEP = 0.02  # metres
 
@@ -42,6 +44,12 @@ class PlacedUse:
     root: np.ndarray
     rotations: np.ndarray
     flat: np.ndarray
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """Places (T, K, 3) of KEYS, metres."""
+        joints, _ = skeleton.forward_kinematics(self.root, self.rotations, skeleton.default_rest_joints())
+        return joints[:, KEYS]
 
     @property
     def place(self) -> tuple[int, int]:

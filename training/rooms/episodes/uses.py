@@ -31,6 +31,8 @@ from ..layout.stock import Item
 from .bank import LABELS
 
 BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
+SAME_PLACE = 0.12  # metres between pelvises that rest in the same place
+REST = 45  # frames of the hold with which a reversed rise begins
 MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
 GOALS = 3  # places on a piece
 TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured pieces tried for each place
@@ -157,6 +159,44 @@ class Composed:
             if made is not None and len(uses) < LIES:
                 uses.append(of_sequence(made, place + len(uses)))
         return uses
+
+
+def reversed_rise(use: Use) -> Use | None:
+    """Return the way down of a use played backwards, as a rise that begins at rest; None without a way down.
+
+    It begins with up to REST frames of the hold and ends standing, AFTER frames or fewer after the feet carry again.
+    """
+    if use.down < 0:
+        return None
+    first = max(use.down - AFTER, 0)
+    stop = min(use.seated + REST, use.seat_end + 1)
+    part = slice(first, stop)
+    back = lambda values: values[part][::-1].copy()
+    labels = back(use.labels)
+    renamed = {
+        LABELS.index(a): LABELS.index(b) for a, b in (("sit_down", "stand_up"), ("lie_down", "get_up"))
+    }
+    labels = np.array([renamed.get(int(label), int(label)) for label in labels], np.uint8)
+    count = stop - first
+    return replace(
+        use, root=back(use.root), rotations=back(use.rotations), labels=labels, feet=back(use.feet),
+        hands=back(use.hands), source=back(use.source), down=-1, seated=0, seat_end=count - 1 - (use.seated - first),
+        up_end=count - 1 - (use.down - first),
+    )  # fmt: skip
+
+
+def place_of(uses: list[Use], made: Use) -> int:
+    """Number of the place of a use on its piece: that of an earlier use close by, or a new one."""
+    pelvis = lambda use: np.median(use.root[use.seated : use.seat_end + 1], axis=0)
+    for use in uses:
+        if use.action == made.action and np.linalg.norm(pelvis(use) - pelvis(made)) < SAME_PLACE:
+            return use.place
+    return max((use.place for use in uses), default=-1) + 1
+
+
+def with_rises(uses: list[Use]) -> list[Use]:
+    """Return the uses, and a reversed rise for each that ends at rest."""
+    return [*uses, *(rise for use in uses if use.up_end < 0 and (rise := reversed_rise(use)) is not None)]
 
 
 def of_sequence(made: Sequence, place: int, source: np.ndarray | None = None, fitted: bool = False) -> Use:
