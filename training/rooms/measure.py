@@ -22,6 +22,7 @@ from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
 from ..fitting.shapes import probes
 from ..mocap import clip_files
+from ..mocap.events import headings
 from ..mocap.posture import neutralised
 from .classes import CLASS
 from .corpus import store
@@ -32,7 +33,7 @@ SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "off
 DEEP = 0.02  # metres
 CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
 STRIDE = 10  # frames between two that penetration is looked at
-BACKED = 0.45  # metres that a piece rises over its seat's pelvis, less that of a back's least height
+BACK = (0.10, 0.45, 0.2)  # metres over, behind and aside of the pelvis in which a place has a back
 COMPONENTS = 24  # of a pose, for Fréchet distances
 KNEES = (("left_hip", "left_knee", "left_ankle"), ("right_hip", "right_knee", "right_ankle"))
 
@@ -100,17 +101,21 @@ def leaning(data: store.RoomData, episode: int) -> list[float]:
         frame = int(run[len(run) // 2])
         motion = data.motion(episode, frame, 1)
         piece = data.room.triangles[data.room.objects == objects[frame]]
-        pelvis = motion.root[0]
-        if not len(piece) or piece[..., 1].max() < pelvis[1] + 0.18:
+        if not len(piece):
+            continue
+        points, _ = geometry.sample_surface(piece, 8000, seed=0)
+        away = points - motion.root[0]
+        yaw = headings(motion.root, motion.rotations)[0]
+        behind = -(away[:, 0] * np.sin(yaw) + away[:, 2] * np.cos(yaw))
+        aside = np.abs(away[:, 0] * np.cos(yaw) - away[:, 2] * np.sin(yaw))
+        back = points[(away[:, 1] > BACK[0]) & (behind > 0) & (behind < BACK[1]) & (aside < BACK[2])]
+        if len(back) < 10:
             continue
         body = data.body(episode)
         skin = human.skin(body, motion)[0]
         owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
         rear = np.isin(owner, [3, 6, 9]) & (body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25))
-        points, _ = geometry.sample_surface(piece, 8000, seed=0)
-        behind = points[points[:, 1] > pelvis[1] + 0.05]
-        if len(behind):
-            out.append(float(cKDTree(behind).query(skin[rear])[0].min()))
+        out.append(float(cKDTree(back).query(skin[rear])[0].min()))
     return out
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,13 +38,14 @@ class RoomBuilder:
     def make(self, number: int, split: str, pictures: int) -> dict:
         """Build the missing stages of a room; return its entry of the manifest."""
         folder = store.room_folder(self.cache, number)
+        scene = None
         if not store.has_stage(folder, "layout"):
-            self._layout(folder, number, split)
+            scene = self._layout(folder, number, split)
         data = store.RoomData(folder)
         if not store.has_stage(folder, "cloud"):
             store.write_stage(folder, "cloud", cloud(data.room, self.seed + number))
         if not store.has_stage(folder, "motion"):
-            scene = Scene(data.room, self.stocks[split].named(), self.uses)
+            scene = scene or Scene(data.room, self.stocks[split].named(), self.uses)
             self._motion(folder, number, scene)
         if not store.has_stage(folder, "pictures") or store.notes(folder, "pictures")["wanted"] != pictures:
             rng = np.random.default_rng([self.seed, number, 3])
@@ -56,18 +57,18 @@ class RoomBuilder:
             "pictures": store.notes(folder, "pictures")["count"],
         }  # fmt: skip
 
-    def _layout(self, folder: Path, number: int, split: str) -> None:
-        """Write the first layout with enough accessible uses, or the best of TRIES."""
+    def _layout(self, folder: Path, number: int, split: str) -> Scene:
+        """Write the first layout with enough accessible uses, or the best of TRIES; return its scene."""
         kind = list(kinds.KINDS)[number % len(kinds.KINDS)]
         best, most = None, -1
         for attempt in range(TRIES):
             made = room.furnish(kind, self.stocks[split], np.random.default_rng([self.seed, number, attempt]))
-            places = len(made.seats)
-            if self.uses is not None:
-                scene = Scene(made, self.stocks[split].named(), self.uses)
-                places = sum(placed.use.down >= 0 for placed in scene.placed_uses)
+            # As precise as the file, so that a continued run finds the same scene.
+            made = replace(made, triangles=made.triangles.astype(np.float32).astype(np.float64))
+            scene = Scene(made, self.stocks[split].named(), self.uses)
+            places = sum(placed.use.down >= 0 for placed in scene.placed_uses)
             if places > most:
-                best, most = made, places
+                best, most, kept = made, places, scene
             if most >= FEWEST_ENTRIES:
                 break
         width, depth, height = best.size
@@ -76,6 +77,7 @@ class RoomBuilder:
         (folder / "layout").mkdir(parents=True, exist_ok=True)
         best.save(folder / "layout" / "room.npz")
         store.write_json(folder / "layout" / "notes.json", notes)
+        return kept
 
     def _motion(self, folder: Path, number: int, scene: Scene) -> None:
         made, report = generation.episodes(

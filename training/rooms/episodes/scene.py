@@ -21,7 +21,7 @@ from .uses import Use, Uses
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
-FAR = 0.3  # metres beyond which nothing is in the route
+FAR = 0.115  # metres beyond which nothing is in the flesh: the largest of RADII and a little
 STEP = 4  # frames between two that are looked at
 # Bones with two points each, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
@@ -76,7 +76,17 @@ class Scene:
         self._raster = np.zeros(ground.grid.shape[:2])
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
+        self.gaps: dict[tuple[int, int], np.ndarray] = {}
+        self._trees: dict[int, cKDTree] = {}
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
+
+    def rises(self, placed: PlacedUse) -> list[PlacedUse]:
+        """Rises at the place of a use."""
+        return [
+            up for up in self.placed_uses
+            if up.place == placed.place and up.use.action == placed.use.action and up.use.up_end >= 0
+            and up.use.seat_end > 12
+        ]  # fmt: skip
 
     def clearance_at(self, places: np.ndarray) -> np.ndarray:
         """Metres to obstacles (...) of places (..., 2) on the floor, 0 in them, up to 0.6."""
@@ -99,13 +109,14 @@ class Scene:
         points, face = geometry.sample_surface(
             triangles, int(min(area / 2 / SPACING**2 * 2, 250_000)), seed=0
         )
-        return cKDTree(points), objects[face]
+        return _tree(points), objects[face]
 
-    @cached_property
-    def _trees(self) -> dict[int, cKDTree]:
-        """Trees of all surfaces but those of one piece."""
-        tree, objects = self.surface
-        return {k: cKDTree(tree.data[objects != k]) for k in self.room.seats}
+    def _without(self, number: int) -> cKDTree:
+        """The tree of all surfaces but those of one piece."""
+        if number not in self._trees:
+            tree, objects = self.surface
+            self._trees[number] = _tree(np.asarray(tree.data)[objects != number])
+        return self._trees[number]
 
     def _placed_uses(self, items: dict[str, Item], uses: Uses) -> list[PlacedUse]:
         found = []
@@ -139,7 +150,7 @@ class Scene:
     def depth(self, root: np.ndarray, rotations: np.ndarray, without: int | None = None) -> np.ndarray:
         """How deep surfaces lie in the flesh, metres (K,), of every STEP-th frame; ``without`` those of one piece."""
         points, radii = bone_points(root[::STEP], rotations[::STEP])
-        tree = self.surface[0] if without is None else self._trees[without]
+        tree = self.surface[0] if without is None else self._without(without)
         gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
         return np.maximum(radii - gap, 0).max(1)
 
@@ -152,7 +163,7 @@ class Scene:
             frames = rows * STEP
             part = (root[frames], rotations[frames])
             points, radii = bone_points(*part)
-            tree = self.surface[0] if number < 0 else self._trees[int(number)]
+            tree = self.surface[0] if number < 0 else self._without(int(number))
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
             out[rows] = np.maximum(radii - gap, 0).max(1)
         return out
@@ -176,6 +187,11 @@ class Scene:
         """A random place (2,) to stand, with some room around it."""
         roomy = np.flatnonzero(self.clearance >= min(least, np.quantile(self.clearance, 0.6)))
         return self.free[rng.choice(roomy)][[0, 2]]
+
+
+def _tree(points: np.ndarray) -> cKDTree:
+    """A tree that is fast to build."""
+    return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

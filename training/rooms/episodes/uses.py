@@ -32,7 +32,7 @@ from .bank import LABELS
 
 BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
 SAME_PLACE = 0.12  # metres between pelvises that rest in the same place
-REST = 45  # frames of the hold with which a reversed rise begins
+REST = 150  # frames of the hold with which a reversed rise begins
 MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
 GOALS = 3  # places on a piece
 TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured pieces tried for each place
