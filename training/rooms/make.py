@@ -13,6 +13,7 @@ import os
 import pickle
 import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from .episodes.search import Search
 from .episodes.uses import Composed, Uses
 from .layout import stock
 
+LISTED = 15  # rooms after which lists and manifest are written anew
 TEST_SHARE = 5  # every fifth room is a test room
 PICTURES = {"train": 12_000, "test": 2_000}
 DEFAULT_MOCAP = DEFAULT_FOLDER.parent / "mocap"
@@ -136,22 +138,36 @@ def main(arguments: list[str] | None = None) -> int:
     _room_builder = room_builder(options)
     numbers = range(options.first, options.rooms if options.last is None else options.last)
     tasks = [(k, split_of(k), pictures_of(split_of(k), options.rooms, options.pictures)) for k in numbers]
-    if options.workers > 1:
-        with multiprocessing.get_context("fork").Pool(options.workers) as pool:
-            rooms = list(pool.imap_unordered(_one, tasks))
+    rooms: list[dict] = []
+    for made in _rooms(tasks, options.workers):
+        rooms.append(made)
+        if len(rooms) % LISTED == 0:
+            finish(options, rooms)
+    counts, hours = finish(options, rooms)
+    print(f"{len(rooms)} rooms, {hours:.2f} hours, {counts}, {time.time() - began:.0f} s")
+    return 0
+
+
+def _rooms(tasks: list[tuple[int, str, int]], workers: int) -> Iterator[dict]:
+    if workers > 1:
+        with multiprocessing.get_context("fork").Pool(workers) as pool:
+            yield from pool.imap_unordered(_one, tasks)
     else:
-        rooms = [_one(task) for task in tasks]
-    rooms.sort(key=lambda r: r["number"])
+        yield from map(_one, tasks)
+
+
+def finish(options: argparse.Namespace, rooms: list[dict]) -> tuple[dict[str, int], float]:
+    """Write lists and manifest of the rooms that are there; return the lengths of the lists and the hours."""
+    rooms = sorted(rooms, key=lambda r: r["number"])
     counts = windows.write(options.output, rooms, options.seed)
-    frames = sum(r["frames"] for r in rooms)
+    hours = sum(r["frames"] for r in rooms) / 108_000
     manifest = {
-        "version": store.VERSION, "seed": options.seed, "fps": 30, "hours": frames / 108_000, "counts": counts,
+        "version": store.VERSION, "seed": options.seed, "fps": 30, "hours": hours, "counts": counts,
         "quaternion_unit": store.QUATERNION, "depth_unit": store.DEPTH_UNIT, "normal_unit": store.NORMAL_UNIT,
         "clips": _room_builder.bank.names, "rooms": rooms,
     }  # fmt: skip
     store.write_json(options.output / "manifest.json", manifest)
-    print(f"{len(rooms)} rooms, {frames / 108_000:.2f} hours, {counts}, {time.time() - began:.0f} s")
-    return 0
+    return counts, hours
 
 
 if __name__ == "__main__":

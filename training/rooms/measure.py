@@ -191,10 +191,10 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
     frames = np.array([r["frames"] for r in rooms])
     return {
         "rooms, episodes, hours": (len(rooms), sum(r["episodes"] for r in rooms), round(corpus.manifest["hours"], 2)),
-        "as captured before and after IK": [
-            round(float(np.average([r[name] for r in rooms], weights=frames)), 3)
-            for name in ("captured", "captured_after_ik")
-        ],
+        "frames as captured, degrees before (joined) and after IK": {
+            name: round(float(np.average([r["captured"][name] for r in rooms], weights=frames)), 3)
+            for name in rooms[0]["captured"]
+        },
         "episodes deeper than 2 cm": (round(float((deep > DEEP).mean()), 3), len(deep)),
         "depth, 50 and 90 %": np.percentile(deep, [50, 90]).round(3).tolist(),
         "knees idle, walk, straightest 20th": _knees(idle, walk),

@@ -20,6 +20,7 @@ from . import store, views
 
 POINTS = 20_000  # of a room's cloud
 TRIES = 6  # layouts tried for one room
+ALIKE = (5, 10)  # degrees
 FEWEST_ENTRIES = 6  # accessible uses of a layout that is accepted at once
 
 
@@ -85,16 +86,18 @@ class RoomBuilder:
         )
         store.write_stage(folder, "motion", motion_arrays(made), {
             "episodes": len(made), "frames": sum(len(e.piece) for e in made),
-            "captured": _share(made, 1), "captured_after_ik": _share(made, 2),
+            "captured": {
+                f"{name}_{limit}": _share(made, name, limit) for name in ("joined", "deviation") for limit in ALIKE
+            },
             "sits": sum(int((np.diff((e.piece.labels == LABELS.index("sit")).astype(int)) == 1).sum()) for e in made),
             "lies": sum(int((np.diff((e.piece.labels == LABELS.index("lie")).astype(int)) == 1).sum()) for e in made),
             "report": dict(report),
         })  # fmt: skip
 
 
-def _share(made: list[generation.Episode], level: int) -> float:
-    """Return the share of frames whose ``captured`` is at least ``level``."""
-    return float(np.concatenate([e.captured >= level for e in made]).mean()) if made else 0.0
+def _share(made: list[generation.Episode], name: str, limit: int) -> float:
+    """Return the share of frames whose legs and trunk are within some degrees of a captured frame."""
+    return float(np.concatenate([getattr(e, name) <= limit for e in made]).mean()) if made else 0.0
 
 
 def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
@@ -115,7 +118,7 @@ def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
         "contacts": every(lambda e: np.round(generation.contacts(e.piece)), np.uint8, 5),
         "objects": every(lambda e: e.piece.object, np.int16),
         "source": every(lambda e: e.piece.source, np.int32),
-        "captured": every(lambda e: e.captured, np.uint8),
+        "deviation": every(lambda e: e.deviation, np.uint8),
     }
 
 

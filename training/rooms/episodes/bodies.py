@@ -31,7 +31,8 @@ MOST = {
 }
 OPPOSITES = (("male", "female"), ("tall", "short"), ("heavy", "thin"))
 SITS, LIES = (tuple(LABELS.index(n) for n in names) for names in (("sit",), ("lie",)))
-EVEN, EARLY = 5.0, 15  # frames over which standing turns into sitting, and of a window that begins it early
+EVEN, EARLY = 5.0, 31  # frames over which standing turns into sitting, and of a window that begins it early
+RESERVE = 0.003  # metres that thicker bodies sit higher than that
 FOLLOWS = 1.5  # frames, standard deviation, over which the pelvis follows its feet
 THICKEST = 99  # percentile of the skin that touches, whose distance to the default human counts
 _SEATED = (("left_hip", -85), ("right_hip", -85), ("left_knee", 85), ("right_knee", 85))
@@ -65,10 +66,10 @@ def of(shape: np.ndarray) -> Build:
     body = human.load().shaped({name: float(v) for name, v in zip(SHAPES, shape, strict=True) if v})
     under, behind = _seated_skin(body)
     default_under, default_behind = _default_skin()
-    return Build(
-        np.asarray(shape), body, float(np.percentile(default_under - under, THICKEST)),
-        float(np.percentile(default_behind - behind, THICKEST)),
-    )  # fmt: skip
+    thicker = [
+        float(np.percentile(a - b, THICKEST)) for a, b in ((default_under, under), (default_behind, behind))
+    ]
+    return Build(np.asarray(shape), body, *(value + RESERVE if value > 0 else value for value in thicker))
 
 
 @functools.cache

@@ -21,7 +21,7 @@ from .search import Search
 AT_ONCE = 24  # episodes that are made together
 MOST_TRIES = 5  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
-AS_CAPTURED = np.radians(5.0)
+UNKNOWN = 255
 LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
 _OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
 
@@ -30,13 +30,15 @@ _OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down"
 class Episode:
     """A finished episode.
 
-    piece: the motion on its own body. captured: (T,) 2 where legs and trunk are within AS_CAPTURED of a captured frame,
-    1 where they were before inverse kinematics locked the feet and fitted the legs to the body, 0 elsewhere.
+    piece: the motion on its own body. joined, deviation: (T,) degrees by which the most different joint of legs and
+    trunk is turned otherwise than in the captured frame, regardless of root and heading: before inverse kinematics
+    locked the feet and fitted the legs to the body, and of the finished motion. UNKNOWN where no frame was captured.
     """
 
     piece: Piece
     build: bodies.Build
-    captured: np.ndarray
+    joined: np.ndarray
+    deviation: np.ndarray
 
 
 def episodes(
@@ -112,7 +114,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
         whole = Piece(*(getattr(whole, name)[:longest] for name in Piece.__dataclass_fields__))
     if len(whole) < SECONDS[0] * FPS:
         return "too short"
-    as_captured = _captured(bank, whole)
+    before = deviation(bank, whole)
     build = bodies.draw(rng)
     carried = bodies.carried(whole, build)
     contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
@@ -128,16 +130,15 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     finished = Piece(
         locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
     )
-    levels = np.where(_captured(bank, finished), 2, as_captured.astype(int)).astype(np.uint8)
-    return Episode(finished, build, levels)
+    return Episode(finished, build, before, deviation(bank, finished))
 
 
-def _captured(bank: Bank, piece: Piece) -> np.ndarray:
-    """Return flags (T,): legs and trunk as in the captured frame, regardless of root and heading."""
+def deviation(bank: Bank, piece: Piece) -> np.ndarray:
+    """Return how far legs and trunk (T,) uint8 are from the captured frame, see Episode."""
     source = np.maximum(piece.source, 0)
     dots = np.abs((piece.rotations[:, LEGS_TRUNK] * bank.rotations[source][:, LEGS_TRUNK]).sum(-1))
-    angle = 2 * np.arccos(np.clip(dots, 0, 1))
-    return (piece.source >= 0) & (angle < AS_CAPTURED).all(1)
+    angle = np.degrees(2 * np.arccos(np.clip(dots, 0, 1))).max(1)
+    return np.where(piece.source >= 0, np.minimum(np.ceil(angle), UNKNOWN - 1), UNKNOWN).astype(np.uint8)
 
 
 def contacts(piece: Piece) -> np.ndarray:
