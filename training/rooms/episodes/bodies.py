@@ -21,10 +21,10 @@ from .blending import Piece
 SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
 MOST = {
     "male": 1.0,
-    "female": 0.8,
+    "female": 0.4,
     "tall": 0.5,
-    "short": 0.5,
-    "heavy": 0.35,
+    "short": 0.2,
+    "heavy": 0.3,
     "thin": 0.6,
     "muscular": 0.4,
     "elder": 0.5,
@@ -90,6 +90,38 @@ def _seated_skin(body: human.Human) -> tuple[np.ndarray, np.ndarray]:
     return under[:, 1], human.skin(body, motion, found.skin[found.back])[0, :, 2]
 
 
+def _resting(labels: np.ndarray, which: tuple[int, ...]) -> np.ndarray:
+    """Weights (T,) of the frames with some labels, which rise before and fall after them."""
+    flags = np.isin(labels, which).astype(float)
+    return gaussian_filter1d(maximum_filter1d(flags, EARLY), EVEN, mode="nearest")
+
+
+def on_default(
+    root: np.ndarray, rotations: np.ndarray, labels: np.ndarray, build: Build
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return root (T, 3) and rotations (T, 22, 4) of a motion on a build, carried back to the default human.
+
+    The reverse of `carried`; feet have to be locked again. labels: (T,) indices into bank.LABELS.
+    """
+    default, rest = skeleton.default_rest_joints(), build.body.joints
+    joints, _ = skeleton.forward_kinematics(root, rotations, rest)
+    sits, lies = _resting(labels, SITS), _resting(labels, LIES)
+    share = np.clip(sits + lies, 0, 1)
+    legs = build.body.floor / human.load().floor
+    yaw = headings(root, rotations)
+    back = root.copy()
+    back[:, 1] += (1 - share) * (1 / legs - 1) * root[:, 1] - sits * build.seat - lies * build.back
+    back -= (sits * build.back)[:, None] * np.column_stack([np.sin(yaw), np.zeros(len(yaw)), np.cos(yaw)])
+    own, _ = skeleton.forward_kinematics(back, rotations, default)
+    turned = rotations
+    for side in ("left", "right"):
+        ankle = skeleton.INDEX[f"{side}_ankle"]
+        over = (default[ankle, 1] - human.load().floor) - (rest[ankle, 1] - build.body.floor)
+        target = share[:, None] * (joints[:, ankle] + [0.0, over, 0.0]) + (1 - share[:, None]) * own[:, ankle]
+        turned = solve_limb(back, turned, default, f"{side}_leg", target)
+    return back, rotation.continuous(np.where(share[:, None, None] > 1e-3, turned, rotations))
+
+
 def _carried_height(joints: np.ndarray, turned: np.ndarray, rest: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Heights (T,) of the soles that carry the body over the floor, metres, smooth.
 
@@ -116,10 +148,7 @@ def carried(piece: Piece, build: Build) -> Piece:
     """The motion on a body of this build: legs as long as they are, feet on the floor, pelvis on its seat."""
     default, rest = skeleton.default_rest_joints(), build.body.joints
     joints, _ = skeleton.forward_kinematics(piece.root, piece.rotations, default)
-    soft = lambda flags: gaussian_filter1d(
-        maximum_filter1d(np.isin(piece.labels, flags).astype(float), EARLY), EVEN, mode="nearest"
-    )
-    sits, lies = soft(SITS), soft(LIES)
+    sits, lies = _resting(piece.labels, SITS), _resting(piece.labels, LIES)
     stands = np.clip(1 - sits - lies, 0, 1)
     legs = build.body.floor / human.load().floor
     root = piece.root.copy()

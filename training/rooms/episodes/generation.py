@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
@@ -21,6 +22,7 @@ from .search import Search
 AT_ONCE = 24  # episodes that are made together
 MOST_TRIES = 5  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
+INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 UNKNOWN = 255
 LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
 _OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
@@ -117,10 +119,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     before = deviation(bank, whole)
     build = bodies.draw(rng)
     carried = bodies.carried(whole, build)
-    contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
-    locked = lock_feet(
-        Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints)
-    )
+    locked = locked_feet(carried, build)
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"
@@ -131,6 +130,20 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
         locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
     )
     return Episode(finished, build, before, deviation(bank, finished))
+
+
+def locked_feet(carried: Piece, build: bodies.Build) -> Motion:
+    """Return the motion with locked feet, except on furniture, where the feet were fitted to the piece."""
+    contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
+    locked = lock_feet(
+        Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints)
+    )
+    keep = gaussian_filter1d(
+        minimum_filter1d((carried.object >= 0).astype(float), 2 * INTO_USE + 1), INTO_USE / 2
+    )
+    root = locked.root + keep[:, None] * (carried.root - locked.root)
+    rotations = rotation.slerp(locked.rotations, carried.rotations, keep[:, None])
+    return replace(locked, root=root, rotations=rotations)
 
 
 def deviation(bank: Bank, piece: Piece) -> np.ndarray:
