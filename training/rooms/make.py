@@ -81,11 +81,11 @@ def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
     return Fitted(composed, WalkIndex([clip], history=2), bank.names, firsts, cache / "fitted")
 
 
-def _fitted_set(path: Path, bank: banks.Bank, others: Uses, cache: Path) -> FittedSet:
-    """Sits and lies of a file for training rooms; ``others`` for the pieces of test rooms."""
+def _fitted_set(paths: list[Path], bank: banks.Bank, others: Uses, cache: Path) -> FittedSet:
+    """Sits and lies of files for training rooms; ``others`` for the pieces of test rooms."""
     kept = cache / "fitted.pkl"
     if not kept.exists():
-        made = FittedSet(path, bank)
+        made = FittedSet(paths, bank)
         part = kept.with_suffix(f".{os.getpid()}")
         part.write_bytes(pickle.dumps(made))
         part.replace(kept)

@@ -30,17 +30,25 @@ SEATED_LABELS = ("sit", "lie")
 class FittedSet:
     """See uses.Uses: items of the file have its uses, other items those of ``others``."""
 
-    def __init__(self, path: Path, bank: Bank, others: Uses | None = None) -> None:
+    def __init__(self, paths: list[Path], bank: Bank, others: Uses | None = None) -> None:
+        """paths: training sets; pieces of the same name are the same in all of them."""
         self.others = others
-        pieces = read_pieces(path)
-        self.items = {p.name: _item(p.name, p.category, p.triangles) for p in pieces}
-        self._uses: dict[str, list[Use]] = {name: [] for name in self.items}
+        self.items: dict[str, Item] = {}
+        self._uses: dict[str, list[Use]] = {}
         sources = _Sources(bank)
+        for path in paths:
+            self._read(path, sources)
+        self._uses = {name: with_rises(uses) for name, uses in self._uses.items()}
+
+    def _read(self, path: Path, sources: _Sources) -> None:
+        pieces = read_pieces(path)
+        for piece in pieces:
+            self.items.setdefault(piece.name, _item(piece.name, piece.category, piece.triangles))
+            self._uses.setdefault(piece.name, [])
         for sequence in sits_and_lies(path):
             uses = self._uses[pieces[sequence.piece].name]
             use = of_sequence(sequence, 0, sources.of(sequence.rotations), fitted=True)
             uses.append(replace(use, place=place_of(uses, use)))
-        self._uses = {name: with_rises(uses) for name, uses in self._uses.items()}
 
     def of(self, item: Item) -> list[Use]:
         """See uses.Uses."""

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ....samp_addon import rotation, skeleton
+from ....samp_addon import skeleton
 from ....samp_addon.errors import PathError
 from ....samp_addon.scene import geometry
 from ....samp_addon.scene.navmesh import navmesh, path
@@ -17,6 +17,7 @@ from ..classes import CLASS
 from ..layout.room import Room
 from ..layout.stock import Item
 from .bank import flat_root
+from .tables import Tops, with_hands_on
 from .uses import Use, Uses
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
@@ -33,6 +34,8 @@ KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left
         "left_wrist", "right_wrist")]  # fmt: skip
 SHARES = (0.15, 0.5, 0.85)
 DEEP = 0.02  # metres
+CLOSE = 8  # frames before sitting down that belong to a use
+ON_TABLES = 0.75  # share of the places before a table at which hands lie on it
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,17 @@ class PlacedUse:
         """Places (T, K, 3) of KEYS, metres."""
         joints, _ = skeleton.forward_kinematics(self.root, self.rotations, skeleton.default_rest_joints())
         return joints[:, KEYS]
+
+    def cut(self, start: int, stop: int) -> PlacedUse:
+        """Frames start .. stop - 1."""
+        use, part = self.use, slice(start, stop)
+        frames = {
+            name: getattr(use, name) - start if getattr(use, name) >= 0 else -1
+            for name in ("down", "seated", "seat_end", "up_end")
+        }
+        arrays = ("root", "rotations", "labels", "feet", "hands", "source")
+        less = replace(use, **frames, **{name: getattr(use, name)[part] for name in arrays})
+        return PlacedUse(self.item, less, self.root[part], self.rotations[part], self.flat[part])
 
     @property
     def place(self) -> tuple[int, int]:
@@ -119,7 +133,7 @@ class Scene:
         return self._trees[number]
 
     def _placed_uses(self, items: dict[str, Item], uses: Uses) -> list[PlacedUse]:
-        found = []
+        found, tops = [], Tops.of(self.room)
         for number in self.room.seats:
             item = items.get(self.room.names[number])
             if item is None:
@@ -130,20 +144,42 @@ class Scene:
             for use in uses.of(item):
                 root, rotations = turned(use.root, use.rotations, yaw, np.array([x, 0.0, z]))
                 placed = PlacedUse(number, use, root, rotations, flat_root(root, rotations))
-                if self._open(placed):
-                    found.append(placed)
+                clear = self._open_part(placed)
+                if clear is not None:
+                    found.append(self._at_table(clear, tops))
         return found
 
-    def _open(self, placed: PlacedUse) -> bool:
-        """Whether a use is free of other objects, and its ends are reachable."""
-        depth = self.depth(placed.root, placed.rotations, placed.item)
-        if (depth > DEEP).any():
-            return False
-        ends = [0] if placed.use.down >= 0 else []
-        ends += [placed.use.up_end] if placed.use.up_end >= 0 else []
-        return all(self.reachable(placed.flat[k, :2]) for k in ends)
+    def _at_table(self, placed: PlacedUse, tops: Tops) -> PlacedUse:
+        """Return a use with hands on the table before it, at most places where there is one and arms are free."""
+        rng = np.random.default_rng([placed.item, placed.use.place])  # uses of one place follow on each other
+        if rng.random() > ON_TABLES:
+            return placed
+        made = with_hands_on(placed.use, placed.root, placed.rotations, tops, rng)
+        if made is None:
+            return placed
+        laid = replace(placed, use=made[0], rotations=made[1])
+        deep = (self.depth(laid.root, laid.rotations, laid.item) > DEEP).any()
+        return placed if deep else laid
 
-    def reachable(self, place: np.ndarray, within: float = 0.2) -> bool:
+    def _open_part(self, placed: PlacedUse) -> PlacedUse | None:
+        """Return the part of a use that is free of other objects and whose ends are reachable, or None.
+
+        What leads to the seat and away from it may be cut: walks have ways of their own.
+        """
+        use, count = placed.use, len(placed.root)
+        blocked = STEP * np.flatnonzero(self.depth(placed.root, placed.rotations, placed.item) > DEEP)
+        before = use.down - CLOSE if use.down >= 0 else 0
+        after = use.up_end + CLOSE // 2 if use.up_end >= 0 else count
+        if ((blocked >= before) & (blocked <= after)).any():
+            return None
+        start = int(blocked[blocked < before].max(initial=-STEP)) + STEP
+        stop = int(blocked[blocked > after].min(initial=count))
+        part = placed if (start, stop) == (0, count) else placed.cut(start, stop)
+        ends = [0] if use.down >= 0 else []
+        ends += [-1] if use.up_end >= 0 else []
+        return part if all(self.reachable(part.flat[k, :2]) for k in ends) else None
+
+    def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""
         return float(np.linalg.norm(self.free[:, [0, 2]] - place, axis=-1).min()) < within
 
@@ -199,13 +235,3 @@ def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np
     joints, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
     points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
     return np.stack(points, 1), np.repeat(RADII, len(SHARES))
-
-
-def moved(placed: PlacedUse, **changes: np.ndarray) -> PlacedUse:
-    """The placed with some parts replaced."""
-    return replace(placed, **changes)
-
-
-def level(rotations: np.ndarray) -> np.ndarray:
-    """Unit quaternions of rotations as stored in single precision."""
-    return rotation.normalise(rotations.astype(np.float64))
