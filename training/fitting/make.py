@@ -21,7 +21,7 @@ from ..mocap import natural, sources
 from ..mocap.clip_files import Clip
 from ..mocap.events import SitEvent, sit_events
 from ..mocap.posture import neutralised
-from .lies import FittedLies
+from .lying.lies import FittedLies
 from .provenance import total
 from .shapes import pieces as furnishing
 from .shapes.kept import keep, kept
@@ -97,7 +97,7 @@ def main() -> None:
     keep(options.kept, "pieces", pieces)  # with the distances found on the way
     for kind, reports, counts in (
         ("sit", [composer.report], composer.owed),
-        ("lie", [lying.composer.report, lying.report], lying.owed),
+        ("lie", [*(c.report for c in lying.composers.values()), lying.report], lying.owed),
     ):
         lengths = [len(s) for s in sequences if s.kind == kind]
         print(f"{kind}: {len(lengths)} sequences, {sum(lengths) / 1800:.1f} minutes")

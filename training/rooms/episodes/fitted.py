@@ -11,7 +11,7 @@ import numpy as np
 
 from ...composition.sequence import Sequence
 from ...composition.stitch import WalkIndex
-from ...fitting.lies import FittedLies
+from ...fitting.lying.lies import FittedLies
 from ...fitting.shapes.pieces import FittingPiece
 from ...fitting.sits import FittedComposer
 from ...mocap.events import SitEvent
