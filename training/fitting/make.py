@@ -26,10 +26,9 @@ from .provenance import total
 from .shapes import pieces as furnishing
 from .shapes.kept import keep, kept
 from .shapes.piece_file import read_pieces, write_pieces
-from .sits import FittedComposer
+from .sits import FittedComposer, trimmed
 
 SELDOM = 2  # Rocketbox's chained sits, several for each captured one, are tried every so many rounds
-BEFORE, AFTER = 24, 16  # frames
 STRIDE = 4  # frames between two of a walk that others are joined to
 
 
@@ -88,7 +87,7 @@ def main() -> None:
     made_ready = lambda: _ready(_pieces(options))
     pieces = kept(options.kept, "pieces", made_ready)
     print(f"{len(events)} sits, {len(pieces)} pieces, {_since(began)}", flush=True)
-    composer = FittedComposer(pieces, walks, options.seed)
+    composer = FittedComposer(pieces, walks, options.seed, *([0] if options.trim else []))
     sequences = sits(composer, events, options.sits, began)
     lying = FittedLies(pieces, events, reclines(clips), composer.captured.approach, options.seed)
     sequences += [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
@@ -105,15 +104,6 @@ def main() -> None:
         for report in reports:
             print(", ".join(f"{why} {count}" for why, count in report.most_common()))
     print(f"{options.output} in {_since(began)}")
-
-
-def trimmed(event: SitEvent) -> SitEvent:
-    """Return the event with at most BEFORE frames before sitting down and AFTER frames after standing up.
-
-    Captured people walk where a sofa would stand. Episodes in rooms have walks of their own.
-    """
-    entry = max(event.entry, event.down - BEFORE)
-    return replace(event, entry=entry, leave_end=min(event.leave_end, event.up_end + AFTER))
 
 
 def _pieces(options: argparse.Namespace) -> list[furnishing.FittingPiece]:

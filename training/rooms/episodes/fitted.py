@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,20 +12,13 @@ from ...composition.sequence import Sequence
 from ...composition.stitch import WalkIndex
 from ...fitting.lying.lies import FittedLies
 from ...fitting.shapes.pieces import FittingPiece
-from ...fitting.sits import FittedComposer
+from ...fitting.sits import FittedComposer, trimmed
 from ...mocap.events import SitEvent
 from ..layout.stock import Item
 from .uses import Composed, Use, cached, of_sequence, place_of, with_rises
 
-SITS, TRIES = 8, 20  # kept and tried for a piece
-LIES, LIE_TRIES = 4, 10
-
-
-class _OwnApproachOnly(FittedComposer):
-    """Sits with their own approach only: walks to them are matched in the room."""
-
-    def _approached(self, made, phases, piece, goal) -> Iterator[tuple]:  # noqa: ANN001
-        yield made, phases
+SITS, TRIES = 10, 40  # kept and tried for a piece
+LIES, LIE_TRIES = 6, 16
 
 
 class Fitted:
@@ -36,7 +28,8 @@ class Fitted:
         self, composed: Composed, walks: WalkIndex, names: list[str], firsts: np.ndarray, cache: Path
     ) -> None:
         """names, firsts: of the bank's clips, and their first frames. cache: folder for a file for each item."""
-        self.events, self.reclines, self.walks = composed.events, composed.reclines, walks
+        self.events = [trimmed(event) for event in composed.events]
+        self.reclines, self.walks = composed.reclines, walks
         self.first = dict(zip(names, (int(f) for f in firsts), strict=True))
         self.cache = Path(cache)
         self.cache.mkdir(parents=True, exist_ok=True)
@@ -51,11 +44,11 @@ class Fitted:
         piece = FittingPiece(0, item.category, item.name, item.triangles)
         uses: list[Use] = []
         if piece.seats:
-            composer = _OwnApproachOnly([piece], self.walks, seed)
+            composer = FittedComposer([piece], self.walks, seed, approaches=0)
             levels = np.array([goal.position[1] for goal in piece.seats])
             near = [e for e in self.events if np.abs(levels - e.pelvis[1]).min() < 0.15]
             for k in rng.permutation(len(near))[:TRIES]:
-                for made in composer.compose(near[k])[:1]:
+                for made in composer.compose(near[k]):
                     use = of_sequence(made, 0, self._source(near[k], made), True)
                     uses.append(replace(use, place=place_of(uses, use)))
                 if len(uses) == SITS:
