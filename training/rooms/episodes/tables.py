@@ -22,9 +22,10 @@ FLAT = 0.95  # cosine of a top's normal with the vertical
 OVER = (0.02, 0.34)  # metres of a top over the seated pelvis
 EDGE = (0.14, 0.62)  # metres from the pelvis to the near edge
 INSIDE = (0.10, 0.04)  # metres from the edge to the wrists, at a near edge and at a distant one
-UPRIGHT, LEVER, MOST_LEAN = 0.44, 0.42, np.radians(27)  # metres that hands reach without leaning; of the lean
+UPRIGHT, LEVER, MOST_LEAN = 0.36, 0.40, np.radians(34)  # metres that hands reach without leaning; of the lean
 ASIDE = (0.12, 0.20)  # metres from the middle to a wrist
 WRIST_OVER = 0.035  # metres from the wrist joint to the skin under it
+REACHED = 0.02  # metres from the wrist to its place
 HIT = 0.03  # metres from a wrist's place to a sample of the top
 TAKING = 14  # frames in which hands are laid down and taken away
 LEAST = 45  # frames of a hold in which hands are laid down
@@ -118,5 +119,13 @@ def with_hands_on(
         )
         was = turned[:, skeleton.INDEX[f"{side}_wrist"]]
         rotations = posing.end_turned(root, rotations, f"{side}_wrist", rotation.slerp(was, flat, weight))
+        if _off(root, rotations, side, goal, (use.seated + use.seat_end) // 2) > REACHED:
+            return None
         hands[:, column] = np.maximum(hands[:, column], weight > 0.9)
     return replace(use, hands=hands), rotation.continuous(rotations)
+
+
+def _off(root: np.ndarray, rotations: np.ndarray, side: str, goal: np.ndarray, frame: int) -> float:
+    """Metres between a wrist and its place (T, 3) in a frame."""
+    joints, _ = skeleton.forward_kinematics(root[[frame]], rotations[[frame]], posing.REST)
+    return float(np.linalg.norm(joints[0, skeleton.INDEX[f"{side}_wrist"]] - goal[frame]))
