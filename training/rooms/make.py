@@ -20,7 +20,7 @@ import numpy as np
 
 from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
-from .corpus.room_builder import RoomBuilder
+from .corpus.room_builder import RoomBuilder, entry
 from .episodes import bank as banks
 from .episodes.fitted_set import FittedSet
 from .episodes.search import Search
@@ -130,6 +130,9 @@ def main(arguments: list[str] | None = None) -> int:
         "--first", type=int, default=0, help="number of the first room, to make a part of them"
     )
     parser.add_argument("--last", type=int, help="number after the last room")
+    parser.add_argument(
+        "--split", choices=store.SPLITS, help="only the rooms of one side, to make a part of them"
+    )
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)
     if not shutil.os.path.isdir(options.mocap):
@@ -137,14 +140,13 @@ def main(arguments: list[str] | None = None) -> int:
     began = time.time()
     _room_builder = room_builder(options)
     numbers = range(options.first, options.rooms if options.last is None else options.last)
+    numbers = [k for k in numbers if options.split in (None, split_of(k))]
     tasks = [(k, split_of(k), pictures_of(split_of(k), options.rooms, options.pictures)) for k in numbers]
-    rooms: list[dict] = []
-    for made in _rooms(tasks, options.workers):
-        rooms.append(made)
-        if len(rooms) % LISTED == 0:
-            finish(options, rooms)
-    counts, hours = finish(options, rooms)
-    print(f"{len(rooms)} rooms, {hours:.2f} hours, {counts}, {time.time() - began:.0f} s")
+    for done, _ in enumerate(_rooms(tasks, options.workers), 1):
+        if done % LISTED == 0:
+            finish(options)
+    rooms, counts, hours = finish(options)
+    print(f"{rooms} rooms, {hours:.2f} hours, {counts}, {time.time() - began:.0f} s")
     return 0
 
 
@@ -156,9 +158,10 @@ def _rooms(tasks: list[tuple[int, str, int]], workers: int) -> Iterator[dict]:
         yield from map(_one, tasks)
 
 
-def finish(options: argparse.Namespace, rooms: list[dict]) -> tuple[dict[str, int], float]:
-    """Write lists and manifest of the rooms that are there; return the lengths of the lists and the hours."""
-    rooms = sorted(rooms, key=lambda r: r["number"])
+def finish(options: argparse.Namespace) -> tuple[int, dict[str, int], float]:
+    """Write lists and manifest of the rooms that are there; return their number, lengths of the lists, and hours."""
+    every = (entry(options.output, k, split_of(k)) for k in range(options.rooms))
+    rooms = [room for room in every if room is not None]
     counts = windows.write(options.output, rooms, options.seed)
     hours = sum(r["frames"] for r in rooms) / 108_000
     manifest = {
@@ -167,7 +170,7 @@ def finish(options: argparse.Namespace, rooms: list[dict]) -> tuple[dict[str, in
         "clips": _room_builder.bank.names, "rooms": rooms,
     }  # fmt: skip
     store.write_json(options.output / "manifest.json", manifest)
-    return counts, hours
+    return len(rooms), counts, hours
 
 
 if __name__ == "__main__":

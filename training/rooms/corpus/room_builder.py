@@ -52,11 +52,7 @@ class RoomBuilder:
             rng = np.random.default_rng([self.seed, number, 3])
             arrays = views.pictures(data, pictures, rng)
             store.write_stage(folder, "pictures", arrays, {"wanted": pictures, "count": len(arrays["frame"])})
-        layout, motion = store.notes(folder, "layout"), store.notes(folder, "motion")
-        return {
-            "number": number, "split": split, **layout, **motion,
-            "pictures": store.notes(folder, "pictures")["count"],
-        }  # fmt: skip
+        return entry(self.cache, number, split)
 
     def _layout(self, folder: Path, number: int, split: str) -> Scene:
         """Write the first layout with enough accessible uses, or the best of TRIES; return its scene."""
@@ -93,6 +89,17 @@ class RoomBuilder:
             "lies": sum(int((np.diff((e.piece.labels == LABELS.index("lie")).astype(int)) == 1).sum()) for e in made),
             "report": dict(report),
         })  # fmt: skip
+
+
+def entry(cache: Path, number: int, split: str) -> dict | None:
+    """Return the manifest's entry of a room, None unless all of its stages are finished."""
+    folder = store.room_folder(cache, number)
+    if not all(store.has_stage(folder, stage) for stage in ("layout", "cloud", "motion", "pictures")):
+        return None
+    return {
+        "number": number, "split": split, **store.notes(folder, "layout"), **store.notes(folder, "motion"),
+        "pictures": store.notes(folder, "pictures")["count"],
+    }  # fmt: skip
 
 
 def _share(made: list[generation.Episode], name: str, limit: int) -> float:
