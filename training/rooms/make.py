@@ -22,10 +22,11 @@ from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
 from .corpus.room_builder import RoomBuilder, entry
 from .episodes import bank as banks
-from .episodes.fitted_set import FittedSet
 from .episodes.search import Search
-from .episodes.uses import Composed, Uses
 from .layout import stock
+from .uses.composed import Composed
+from .uses.fitted_set import FittedSet
+from .uses.use import Uses
 
 LISTED = 15  # rooms after which lists and manifest are written anew
 TEST_SHARE = 5  # every fifth room is a test room
@@ -74,7 +75,7 @@ def room_builder(options: argparse.Namespace) -> RoomBuilder:
 def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
     """Sits and lies fitted to each piece, instead of the composed ones."""
     from ..composition.stitch import WalkIndex
-    from .episodes.fitted import Fitted
+    from .uses.fitted import Fitted
 
     firsts = np.flatnonzero(np.diff(bank.clip, prepend=-1))
     clip = min((event.clip for event in composed.events), key=len)

@@ -14,24 +14,20 @@ from scipy.spatial import cKDTree
 
 from ...samp_addon import rotation, skeleton
 from ...samp_addon.body import human
-from ...samp_addon.body.hands import complete
 from ...samp_addon.evaluation import feet
 from ...samp_addon.evaluation.obstacles import Obstacles
-from ...samp_addon.evaluation.skin_depth import SkinSurface
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
-from ..fitting.shapes import probes
 from ..mocap import clip_files
 from ..mocap.events import headings
 from ..mocap.posture import neutralised
 from .classes import CLASS
 from .corpus import store
+from .episodes import depth
 from .episodes.bank import LABELS, SETS
 from .make import DEFAULT_MOCAP
 
-SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
 DEEP = 0.02  # metres
-CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
 STRIDE = 10  # frames between two that penetration is looked at
 BACK = (0.10, 0.45, 0.2)  # metres over, behind and aside of the pelvis in which a place has a back
 COMPONENTS = 24  # of a pose, for Fréchet distances
@@ -56,37 +52,12 @@ def jerk(motion: Motion) -> float:
     return float(np.percentile(np.linalg.norm(np.diff(joints, 3, axis=0), axis=-1) * motion.fps**3, 99))
 
 
-class Hard:
-    """The hard objects of a room, for penetration in both directions."""
-
-    def __init__(self, data: store.RoomData) -> None:
-        room = data.room
-        soft = [k for k, c in enumerate(room.categories) if c in SOFT]
-        shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
-        self.obstacles = Obstacles(room.triangles[~np.isin(room.objects, soft) & ~shell])
-
-    def skin_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
-        """The deepest skin (T,) inside of things, metres."""
-        return self.obstacles.depth(human.skin(body, motion, body.collision))[0].max(1)
-
-    def surface_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
-        """The deepest surface sample (T,) inside the body, metres from the nearest skin."""
-        surface = SkinSurface(body)
-        interior = probes.interior(motion.root, motion.rotations)
-        joints = skeleton.forward_kinematics(motion.root, complete(motion.rotations), body.joints)[0]
-        out = np.zeros(len(motion))
-        for frame, skin in enumerate(human.skin(body, motion, surface.vertices)):
-            low, high = joints[frame].min(0) - surface.reach, joints[frame].max(0) + surface.reach
-            samples = self.obstacles.samples(low, high)
-            samples = samples[surface.near(joints[frame], samples)]
-            found = surface.inside(skin, samples)
-            # Skin that folds over itself in the groin faces inwards: points of the body's inside have to be near, too.
-            if len(found.depth) and found.depth.max() > CONFIRMED:
-                near = cKDTree(interior[frame]).query(samples[found.index])[0] < CONFIRMED_NEAR
-                out[frame] = found.depth[near].max(initial=0.0)
-            else:
-                out[frame] = found.depth.max(initial=0.0)
-        return out
+def hard_obstacles(data: store.RoomData) -> Obstacles:
+    """The hard objects of a room, walls included."""
+    room = data.room
+    soft = [k for k, c in enumerate(room.categories) if c in depth.SOFT]
+    shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+    return Obstacles(room.triangles[~np.isin(room.objects, soft) & ~shell])
 
 
 def leaning(data: store.RoomData, episode: int) -> list[float]:
@@ -164,14 +135,14 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
     every = [(r["number"], e) for r in corpus.manifest["rooms"] for e in range(r["episodes"])]
     chosen = sorted(every[k] for k in rng.permutation(len(every))[:count])
     deep, knees, slides, jerks, leans, poses = [], {"idle": [], "walk": []}, [], [], [], []
-    hard: tuple[int, Hard | None] = (-1, None)
+    hard: tuple[int, Obstacles | None] = (-1, None)
     for number, episode in chosen:
         data = corpus.room(number)
         if hard[0] != number:
-            hard = number, Hard(data)
+            hard = number, hard_obstacles(data)
         motion, body = data.motion(episode), data.body(episode)
         few = motion.pose_slice(slice(None, None, STRIDE))
-        deep.append(max(hard[1].skin_depth(few, body).max(), hard[1].surface_depth(few, body).max()))
+        deep.append(depth.deepest(hard[1], few, body))
         first, last = (int(v) for v in data.bounds[episode : episode + 2])
         labels = data.array("motion", "labels")[first:last]
         flexion = knee_flexion(motion)

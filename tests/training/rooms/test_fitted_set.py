@@ -8,8 +8,10 @@ from samp_blender.training.composition.sequence import Sequence, save
 from samp_blender.training.fitting.shapes.piece_file import write_pieces
 from samp_blender.training.fitting.shapes.pieces import FittingPiece
 from samp_blender.training.furniture import shapes
-from samp_blender.training.rooms.episodes import composer, fitted_set, uses
+from samp_blender.training.rooms.episodes import composer
 from samp_blender.training.rooms.episodes.bank import LABELS
+from samp_blender.training.rooms.uses import fitted_set
+from samp_blender.training.rooms.uses import use as uses
 
 NAMES = np.array(LABELS)
 

@@ -10,9 +10,10 @@ from samp_blender.training.rooms import make
 from samp_blender.training.rooms.classes import Part
 from samp_blender.training.rooms.corpus import store
 from samp_blender.training.rooms.corpus.room_builder import RoomBuilder, entry
-from samp_blender.training.rooms.episodes import composer, matching, uses
+from samp_blender.training.rooms.episodes import composer, matching
 from samp_blender.training.rooms.episodes.search import Search
 from samp_blender.training.rooms.layout.stock import Item, Stock
+from samp_blender.training.rooms.uses import use as uses
 
 from .test_uses import SEAT, sitting_clip
 
@@ -23,7 +24,7 @@ class StoolUses:
     """The sit of a synthetic clip on every item."""
 
     def of(self, item):
-        use = uses._in_frame(sitting_clip(), (0.0, 0.0, 0.0), "sit", 0, (30, 50, 109, 129), None)
+        use = uses.in_frame(sitting_clip(), (0.0, 0.0, 0.0), "sit", 0, (30, 50, 109, 129), None)
         return uses.with_rises([use])
 
 

@@ -7,8 +7,9 @@ import pytest
 from samp_blender.samp_addon import skeleton
 from samp_blender.training.furniture import shapes
 from samp_blender.training.rooms.classes import CLASS
-from samp_blender.training.rooms.episodes import tables, uses
 from samp_blender.training.rooms.layout.room import Room
+from samp_blender.training.rooms.uses import tables
+from samp_blender.training.rooms.uses import use as uses
 
 from .test_uses import sitting_clip
 
@@ -18,7 +19,7 @@ HEIGHT = 0.74
 def sit():
     clip = sitting_clip()
     frames = (30, 50, 109, 129)
-    return uses._in_frame(clip, (0.0, 0.0, 0.0), "sit", 0, frames, None)
+    return uses.in_frame(clip, (0.0, 0.0, 0.0), "sit", 0, frames, None)
 
 
 def room(edge, height=HEIGHT):

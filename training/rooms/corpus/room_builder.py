@@ -14,8 +14,8 @@ from ..episodes import bodies, generation
 from ..episodes.bank import LABELS, Bank
 from ..episodes.scene import Scene
 from ..episodes.search import Search
-from ..episodes.uses import Uses
 from ..layout import kinds, room, stock
+from ..uses.use import Uses
 from . import store, views
 
 POINTS = 20_000  # of a room's cloud

@@ -19,7 +19,9 @@ from ...mocap.posture import neutralised
 SETS = ("smplx30", "rocketbox30", "o3de30", "accad30")
 SMOOTH = 8.0  # frames, standard deviation: the sway of single steps is not part of a path
 AHEAD = (10, 20, 30)  # frames at which the coming route is compared
-UPRIGHT = np.radians(16.5)  # mean turn of the knee joints in standing that is played; flexion is about 4 degrees less
+UPRIGHT = np.radians(
+    16.5
+)  # mean turn of the knee joints in standing that is played; flexion is about 4 degrees less
 LEAD, TAIL = 3, 32  # frames of the same clip that a match needs before and after it
 LABELS = ("other", "idle", "shift", "walk", "run", "sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")
 LOCOMOTION = ("idle", "shift", "walk")

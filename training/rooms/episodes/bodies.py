@@ -49,8 +49,8 @@ class Build:
     back: float
 
 
-def draw(rng: np.random.Generator) -> Build:
-    """A random build: one of each pair of opposites, moderate."""
+def draw(rng: np.random.Generator, share: float = 1.0) -> Build:
+    """A random build: one of each pair of opposites, moderate. share: factor on all values."""
     values = dict.fromkeys(SHAPES, 0.0)
     for pair in OPPOSITES:
         name = pair[int(rng.integers(2))]
@@ -58,7 +58,7 @@ def draw(rng: np.random.Generator) -> Build:
     for name in ("muscular", "elder"):
         if rng.random() < 0.4:
             values[name] = MOST[name] * rng.random()
-    return of(np.array([values[name] for name in SHAPES]))
+    return of(share * np.array([values[name] for name in SHAPES]))
 
 
 def of(shape: np.ndarray) -> Build:

@@ -13,12 +13,12 @@ import numpy as np
 from ....samp_addon.easing import smoothstep
 from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
+from ..uses.use import Use
 from . import route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
 from .blending import LEAD, Piece, from_bank
 from .matching import Walk
 from .scene import PlacedUse, Scene
-from .uses import Use
 
 SECONDS = (15.0, 38.0)
 LONGEST = 40.0

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
 from ....samp_addon.refine.feet.foot_lock import lock_feet
-from . import bodies, matching
+from . import bodies, depth, matching
 from .bank import LABELS, Bank
 from .blending import Piece, joined
 from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
@@ -22,6 +22,8 @@ from .search import Search
 AT_ONCE = 24  # episodes that are made together
 MOST_TRIES = 5  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
+BUILDS, SLIGHT = 4, 0.1  # bodies tried for an episode; share of the last one's shape values
+LOOKS = 4  # frames of a use in which the depth is looked at
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 UNKNOWN = 255
 LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
@@ -117,9 +119,10 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     if len(whole) < SECONDS[0] * FPS:
         return "too short"
     before = deviation(bank, whole)
-    build = bodies.draw(rng)
-    carried = bodies.carried(whole, build)
-    locked = locked_feet(carried, build)
+    dressed = _fitting_body(scene, whole, rng)
+    if dressed is None:
+        return "in its seat"
+    build, carried, locked = dressed
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"
@@ -130,6 +133,37 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
         locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
     )
     return Episode(finished, build, before, deviation(bank, finished))
+
+
+def _fitting_body(
+    scene: Scene, whole: Piece, rng: np.random.Generator
+) -> tuple[bodies.Build, Piece, Motion] | None:
+    """Return a random build that is not too deep in the hard furniture it uses, and the motion on it; or None.
+
+    The last one that is tried is nearly the default human, which the uses were fitted to.
+    """
+    for attempt in range(BUILDS):
+        build = bodies.draw(rng, 1.0 if attempt + 1 < BUILDS else SLIGHT)
+        carried = bodies.carried(whole, build)
+        locked = locked_feet(carried, build)
+        if _depth_in_seats(scene, carried, locked, build) <= DEEP:
+            return build, carried, locked
+    return None
+
+
+def _depth_in_seats(scene: Scene, piece: Piece, locked: Motion, build: bodies.Build) -> float:
+    """Metres by which the body is in the hard furniture it uses, in some frames of each use."""
+    used = np.concatenate([[-1], piece.object, [-1]])
+    cuts = np.flatnonzero(np.diff(used))
+    worst = 0.0
+    for first, stop in zip(cuts[:-1], cuts[1:], strict=True):
+        number = int(piece.object[first]) if first < len(piece) else -1
+        obstacles = scene.hard(number) if number >= 0 else None
+        if obstacles is None:
+            continue
+        frames = np.unique(np.linspace(first, stop - 1, LOOKS + 2).astype(int)[1:-1])
+        worst = max(worst, depth.deepest(obstacles, locked.pose_slice(frames), build.body))
+    return worst
 
 
 def locked_feet(carried: Piece, build: bodies.Build) -> Motion:

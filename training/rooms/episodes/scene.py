@@ -10,15 +10,17 @@ from scipy.spatial import cKDTree
 
 from ....samp_addon import skeleton
 from ....samp_addon.errors import PathError
+from ....samp_addon.evaluation.obstacles import Obstacles
 from ....samp_addon.scene import geometry
 from ....samp_addon.scene.navmesh import navmesh, path
 from ...mocap.events import turned
 from ..classes import CLASS
 from ..layout.room import Room
 from ..layout.stock import Item
+from ..uses.tables import Tops, with_hands_on
+from ..uses.use import Use, Uses
 from .bank import flat_root
-from .tables import Tops, with_hands_on
-from .uses import Use, Uses
+from .depth import SOFT
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
@@ -91,6 +93,7 @@ class Scene:
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
         self.gaps: dict[tuple[int, int], np.ndarray] = {}
+        self._hard: dict[int, Obstacles] = {}
         self._trees: dict[int, cKDTree] = {}
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
 
@@ -178,6 +181,14 @@ class Scene:
         ends = [0] if use.down >= 0 else []
         ends += [-1] if use.up_end >= 0 else []
         return part if all(self.reachable(part.flat[k, :2]) for k in ends) else None
+
+    def hard(self, number: int) -> Obstacles | None:
+        """A piece of furniture as an obstacle, None for soft ones; cached."""
+        if self.room.categories[number] in SOFT:
+            return None
+        if number not in self._hard:
+            self._hard[number] = Obstacles(self.room.triangles[self.room.objects == number])
+        return self._hard[number]
 
     def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""

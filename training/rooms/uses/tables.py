@@ -15,7 +15,7 @@ from ...fitting.shapes import posing
 from ...mocap.events import headings
 from ..classes import CLASS
 from ..layout.room import Room
-from .uses import Use
+from .use import Use
 
 SPACING = 0.02  # metres between samples of table tops
 FLAT = 0.95  # cosine of a top's normal with the vertical

@@ -12,9 +12,9 @@ from ....samp_addon import rotation, skeleton
 from ...composition.sequence import Sequence
 from ...fitting.shapes.piece_file import read_pieces
 from ..classes import OF_CATEGORY, Part
+from ..episodes.bank import Bank
 from ..layout.stock import Item
-from .bank import Bank
-from .uses import Use, Uses, of_sequence, place_of, with_rises
+from .use import Use, Uses, of_sequence, place_of, with_rises
 
 SAME_SIT = 0.003  # metres between the goals of one sit with different approaches
 # Fitting leaves these joints as captured, unless a hand is laid on an armrest.

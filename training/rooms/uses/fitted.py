@@ -15,7 +15,8 @@ from ...fitting.shapes.pieces import FittingPiece
 from ...fitting.sits import FittedComposer, trimmed
 from ...mocap.events import SitEvent
 from ..layout.stock import Item
-from .uses import Composed, Use, cached, of_sequence, place_of, with_rises
+from .composed import Composed
+from .use import Use, cached, of_sequence, place_of, with_rises
 
 SITS, TRIES = 10, 40  # kept and tried for a piece
 LIES, LIE_TRIES = 6, 16
