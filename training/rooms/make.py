@@ -123,7 +123,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--fitted",
         type=Path,
-        help="training set of fitted sits and lies, whose pieces furnish the training rooms",
+        nargs="+",
+        help="training sets of fitted sits and lies; their pieces furnish training rooms",
     )
     parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
     parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")
