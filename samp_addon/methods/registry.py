@@ -1,6 +1,7 @@
 """The methods by name. The command line, the panel, the batch and the report ask here.
 
-A new method is a folder beside this file, whose `method.py` has a METHOD, and its name in FOLDERS.
+A new method is a folder beside this file, whose `method.py` has a METHOD, and its name in FOLDERS. A method whose
+weights are not there is left out.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ from importlib import import_module
 from ..errors import UsageError
 from .method import Method
 
-FOLDERS = ("samp",)
+FOLDERS = ("samp", "scene_gan")
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (import_module(f".{folder}.method", __package__).METHOD for folder in FOLDERS)
+    if method.installed()
 }
 DEFAULT = "samp"
 

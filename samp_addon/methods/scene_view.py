@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..motion import Goal
+from ..scene.camera_view import CameraView
 from ..scene.geometry import SceneGeometry, extent
 from ..scene.navmesh import navmesh as navigation
 from .take import Take
@@ -22,7 +23,8 @@ class SceneView:
     geometry: all triangles, the target's too, characters' not. target: (F, 3, 3) of what the action is about, or None.
     parts: names of the target's objects in `geometry`. start: floor position (3,) and yaw in radians, or None for a
     free place. destination: floor position (3,) and yaw or None. goals: places on the target that the artist has
-    chosen. via: floor positions (3,) that the path passes, in order. characters: names of objects
+    chosen. via: floor positions (3,) that the path passes, in order. camera: what the step's camera sees, or None.
+    characters: names of objects
     in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that these
     go on from; `start` counts for nothing then.
     """
@@ -34,6 +36,7 @@ class SceneView:
     destination: tuple[np.ndarray, float | None] | None = None
     goals: Sequence[Goal] = ()
     via: Sequence[np.ndarray] = ()
+    camera: CameraView | None = None
     characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
 
