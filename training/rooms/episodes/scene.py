@@ -25,7 +25,7 @@ from .depth import SOFT
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
 FAR = 0.115  # metres beyond which nothing is in the flesh: the largest of RADII and a little
-STEP = 4  # frames between two that are looked at
+STEP, FINE = 4, 2  # frames between two that are looked at, of uses and of finished episodes
 # Bones with two points each, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
          (17, 19), (18, 20), (19, 21)]  # fmt: skip
@@ -35,6 +35,9 @@ RADII = np.array(
 KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
         "left_wrist", "right_wrist")]  # fmt: skip
 SHARES = (0.15, 0.5, 0.85)
+BEYOND = {(18, 20): (1.2, 1.45), (19, 21): (1.2, 1.45), (7, 10): (1.35,), (8, 11): (1.35,)}
+"""Shares beyond the second point at which there are hands and toes."""
+ENDS = 0.025  # metres, the radius of the flesh there
 DEEP = 0.02  # metres
 CLOSE = 8  # frames before sitting down that belong to a use
 ON_TABLES = 0.75  # share of the places before a table at which hands lie on it
@@ -202,12 +205,12 @@ class Scene:
         return np.maximum(radii - gap, 0).max(1)
 
     def depth_beside(self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray) -> np.ndarray:
-        """As depth, but in frames in which a piece is in use (T,) without that one."""
-        out = np.zeros(len(range(0, len(root), STEP)))
-        at = using[::STEP]
+        """As depth, but of every FINE-th frame, and in frames in which a piece is in use (T,) without that one."""
+        out = np.zeros(len(range(0, len(root), FINE)))
+        at = using[::FINE]
         for number in np.unique(at):
             rows = np.flatnonzero(at == number)
-            frames = rows * STEP
+            frames = rows * FINE
             part = (root[frames], rotations[frames])
             points, radii = bone_points(*part)
             tree = self.surface[0] if number < 0 else self._without(int(number))
@@ -245,4 +248,10 @@ def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np
     """Points on the bones (T, P, 3) and the radius of the flesh around each (P,)."""
     joints, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
     points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
-    return np.stack(points, 1), np.repeat(RADII, len(SHARES))
+    ends = [
+        joints[:, a] + share * (joints[:, b] - joints[:, a])
+        for (a, b), more in BEYOND.items()
+        for share in more
+    ]
+    radii = np.concatenate([np.repeat(RADII, len(SHARES)), np.full(len(ends), ENDS)])
+    return np.stack([*points, *ends], 1), radii
