@@ -23,7 +23,7 @@ AT_ONCE = 24  # episodes that are made together
 MOST_TRIES = 5  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
 BUILDS, SLIGHT = 4, 0.1  # bodies tried for an episode; share of the last one's shape values
-LOOKS = 4  # frames of a use in which the depth is looked at
+LOOKS, IN_SEAT = 5, 0.018  # frames of a use in which the depth is looked at, and metres of it
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 UNKNOWN = 255
 LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
@@ -146,7 +146,7 @@ def _fitting_body(
         build = bodies.draw(rng, 1.0 if attempt + 1 < BUILDS else SLIGHT)
         carried = bodies.carried(whole, build)
         locked = locked_feet(carried, build)
-        if _depth_in_seats(scene, carried, locked, build) <= DEEP:
+        if _depth_in_seats(scene, carried, locked, build) <= IN_SEAT:
             return build, carried, locked
     return None
 
