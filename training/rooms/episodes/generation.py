@@ -16,7 +16,7 @@ from .bank import LABELS, Bank
 from .blending import Piece, joined
 from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
 from .matching import FPS
-from .scene import DEEP, Scene
+from .scene import DEEP, FINE, Scene
 from .search import Search
 
 AT_ONCE = 24  # episodes that are made together
@@ -126,13 +126,25 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"
-    if (scene.depth_beside(locked.root, locked.rotations, carried.object) > DEEP).any():
+    grazed = scene.depth_beside(locked.root, locked.rotations, carried.object, build.body.joints)
+    if (grazed > DEEP).any() or _skin_in_solids(scene, locked, build, grazed) > DEEP:
         return "in something"
     rotations = rotation.continuous(locked.rotations)
     finished = Piece(
         locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
     )
     return Episode(finished, build, before, deviation(bank, finished))
+
+
+def _skin_in_solids(scene: Scene, locked: Motion, build: bodies.Build, grazed: np.ndarray) -> float:
+    """Metres by which the skin is in a solid thing in frames in which the flesh around a bone touches one."""
+    near = FINE * np.flatnonzero(grazed > 0)
+    frames = np.unique(np.clip(np.concatenate([near, near + 1]), 0, len(locked) - 1))
+    if not len(frames):
+        return 0.0
+    # The body of the first frame is taken to be outside.
+    frames = np.concatenate([[0], frames])
+    return float(depth.skin_depth(scene.solids, locked.pose_slice(frames), build.body).max())
 
 
 def _fitting_body(
