@@ -20,7 +20,7 @@ from .scene import DEEP, FINE, Scene
 from .search import Search
 
 AT_ONCE = 24  # episodes that are made together
-MOST_TRIES = 5  # times as many episodes as wanted are tried at most
+MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
 BUILDS, SLIGHT = 4, 0.1  # bodies tried for an episode; share of the last one's shape values
 LOOKS, IN_SEAT = 5, 0.018  # frames of a use in which the depth is looked at, and metres of it
