@@ -43,6 +43,9 @@ CARPET = 0.01
 MOVED = 0.04
 """Metres by which some joint moves between two frames that are looked at."""
 
+SPREAD = 3
+"""Frames between two that are pushed while the body hardly moves."""
+
 FAR = 0.06
 """Metres between skin and samples from which a frame is not looked at again."""
 
@@ -71,9 +74,9 @@ UPRIGHT_VIEW = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
 class Pierced:
     """Samples inside the body as last looked at.
 
-    row, vertex: (N,) of the frame and the nearest skin. place, out: (N, 3) where that skin was and the direction to it.
-    depth: (N,) metres. weight: (N,) frames that the sampled one stands for. point: (N, 3) the samples. seat: (N,) flags
-    of seats under the body. skin: of all vertices.
+    row, vertex: (N,) of the frame and the nearest skin. place, out: (N, 3) where that skin was in the frame that was
+    looked at, and the direction to it. depth: (N,) metres, there. weight: (N,) frames that the sampled one stands for.
+    point: (N, 3) the samples. seat: (N,) flags of seats under the body. skin: of all vertices.
     """
 
     row: torch.Tensor
@@ -179,14 +182,15 @@ class ThinThings:
         found = self._found(motion, self._rows)
         used = np.array([int(k) in found for k in self._rows], bool)
         self._rows, self._stands_for = self._rows[used], self._stands_for[used]
-        count = [len(found[int(k)].depth) for k in self._rows]
+        looked_at, rows, weight = _spread(self._rows, self._stands_for)
+        count = [len(found[int(k)].depth) for k in looked_at]
         if not sum(count):
             return None
-        joined = lambda name: np.concatenate([getattr(found[int(k)], name) for k in self._rows])
+        joined = lambda name: np.concatenate([getattr(found[int(k)], name) for k in looked_at])
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
         return Pierced(
-            torch.as_tensor(np.repeat(self._rows, count)), torch.as_tensor(joined("vertex")), tensor(joined("place")),
-            tensor(joined("out")), tensor(joined("depth")), tensor(np.repeat(self._stands_for, count)),
+            torch.as_tensor(np.repeat(rows, count)), torch.as_tensor(joined("vertex")), tensor(joined("place")),
+            tensor(joined("out")), tensor(joined("depth")), tensor(np.repeat(weight, count)),
             tensor(joined("point")), torch.as_tensor(joined("seat")), self.skin,
         )  # fmt: skip
 
@@ -273,6 +277,20 @@ def _apart(joints: np.ndarray) -> np.ndarray:
         if np.abs(joints[k] - joints[rows[-1]]).max() > MOVED:
             rows.append(k)
     return np.array(rows)
+
+
+def _spread(rows: np.ndarray, stands_for: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Spread frames (N,) over those that they stand for (N,): else a long hold would be pushed in one frame only.
+
+    Return which frame was looked at, the frame that is pushed, and its weight, each (M,).
+    """
+    looked_at, pushed, weight = [], [], []
+    for row, count in zip(rows, stands_for, strict=True):
+        own = np.arange(row, row + max(int(count), 1), SPREAD)
+        looked_at.append(np.full(len(own), row))
+        pushed.append(own)
+        weight.append(np.full(len(own), count / len(own)))
+    return tuple(np.concatenate([np.zeros(0, int), *parts]) for parts in (looked_at, pushed, weight))
 
 
 def _joints(motion: Motion, body: Human) -> np.ndarray:

@@ -46,15 +46,13 @@ print("FACTS" + json.dumps(facts))
 """
 
 REGISTER = """
-import json, sys, time
+import json, sys
 import bpy
-start = time.perf_counter()
 import samp_blender
 samp_blender.register()
-seconds = time.perf_counter() - start
 heavy = [name for name in ("torch", "scipy", "safetensors") if name in sys.modules]
 samp_blender.unregister()
-print("FACTS" + json.dumps({"seconds": seconds, "heavy": heavy}))
+print("FACTS" + json.dumps({"heavy": heavy}))
 """
 
 
@@ -134,8 +132,5 @@ def test_installs_and_works(package, tmp_path):
     assert facts["left"] == [] and facts["again"]
 
 
-def test_registers_fast_and_light():
-    tries = [run(REGISTER) for _ in range(3)]
-    assert tries[0]["heavy"] == []
-    # The best of three, to exclude the load of the machine.
-    assert min(attempt["seconds"] for attempt in tries) < 0.1
+def test_registers_without_heavy_packages():
+    assert run(REGISTER)["heavy"] == []

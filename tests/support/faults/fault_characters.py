@@ -285,7 +285,7 @@ CASES = (
     ),
     Case(
         "refined, an Action that is not there",
-        nothing,
+        with_take,
         message="no Action 'Dance'",
         press=press("refine", action_name="Dance"),
     ),
