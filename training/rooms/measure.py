@@ -92,7 +92,7 @@ def leaning(data: store.RoomData, episode: int) -> list[float]:
 
 def pose_vectors(rotations: np.ndarray) -> np.ndarray:
     """Rotations (T, 22, 4) without the pelvis as (T, 126): two columns of each matrix."""
-    return rotation.quaternion_to_matrix(rotations[:, 1:22])[..., :2].reshape(len(rotations), -1)
+    return rotation.quaternion_to_matrix(rotations[:, 1:22])[..., :2].reshape(len(rotations), 126)
 
 
 def frechet(a: np.ndarray, b: np.ndarray, axes: np.ndarray, middle: np.ndarray) -> float:

@@ -15,6 +15,7 @@ from . import store
 WINDOW = 65  # frames: the one in the picture and the 64 after it
 LEAST_SEEN = 0.35  # share of a person that nothing hides
 TRIES = 8  # cameras tried for one start
+COARSE, CLOSE = (32, 18), (1.0, 0.15)  # rays; metres, and the share of a picture that may be closer
 MARGIN = 0.2  # metres that a camera keeps from things
 
 
@@ -107,6 +108,8 @@ def _camera(
         found = camera.draw(data.room, skin, free, rng)
         if found is None:
             return None
+        if _crowded(seen, found[0]):
+            continue
         way = skin - found[0].position
         way /= np.linalg.norm(way, axis=-1, keepdims=True)
         eye = np.broadcast_to(found[0].position, way.shape)
@@ -118,3 +121,10 @@ def _camera(
         if facing.any() and visible.mean() > LEAST_SEEN and hit.distance.min() > 0.25:
             return found[0]
     return None
+
+
+def _crowded(seen: tracer.Tracer, view: camera.Camera) -> bool:
+    """Whether something close fills much of a camera's picture."""
+    ways = view.rays(COARSE).reshape(-1, 3)
+    hit = seen.trace(np.broadcast_to(view.position, ways.shape), ways)
+    return float((hit.distance < CLOSE[0]).mean()) > CLOSE[1]

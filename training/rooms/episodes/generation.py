@@ -22,7 +22,7 @@ from .search import Search
 AT_ONCE = 24  # episodes that are made together
 MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
-BUILDS, SLIGHT = 4, 0.1  # bodies tried for an episode; share of the last one's shape values
+BUILDS, SLIGHT = 3, 0.1  # bodies tried for an episode; share of the last one's shape values
 LOOKS, IN_SEAT = 5, 0.018  # frames of a use in which the depth is looked at, and metres of it
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 UNKNOWN = 255
@@ -158,23 +158,25 @@ def _fitting_body(
         build = bodies.draw(rng, 1.0 if attempt + 1 < BUILDS else SLIGHT)
         carried = bodies.carried(whole, build)
         locked = locked_feet(carried, build)
-        if _depth_in_seats(scene, carried, locked, build) <= IN_SEAT:
+        deepest, item = _depth_in_seats(scene, carried, locked, build)
+        if deepest <= IN_SEAT:
             return build, carried, locked
+    scene.too_deep[item] += 1
     return None
 
 
-def _depth_in_seats(scene: Scene, piece: Piece, locked: Motion, build: bodies.Build) -> float:
-    """Metres by which the body is in the hard furniture it uses, in some frames of each use."""
+def _depth_in_seats(scene: Scene, piece: Piece, locked: Motion, build: bodies.Build) -> tuple[float, int]:
+    """Metres by which the body is in the hard furniture it uses, in some frames of each use, and the worst piece."""
     used = np.concatenate([[-1], piece.object, [-1]])
     cuts = np.flatnonzero(np.diff(used))
-    worst = 0.0
+    worst = (0.0, -1)
     for first, stop in zip(cuts[:-1], cuts[1:], strict=True):
         number = int(piece.object[first]) if first < len(piece) else -1
         obstacles = scene.hard(number) if number >= 0 else None
         if obstacles is None:
             continue
         frames = np.unique(np.linspace(first, stop - 1, LOOKS + 2).astype(int)[1:-1])
-        worst = max(worst, depth.deepest(obstacles, locked.pose_slice(frames), build.body))
+        worst = max(worst, (depth.deepest(obstacles, locked.pose_slice(frames), build.body), number))
     return worst
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -96,6 +97,7 @@ class Scene:
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
         self.gaps: dict[tuple[int, int], np.ndarray] = {}
+        self.too_deep: Counter[int] = Counter()
         self._hard: dict[int, Obstacles] = {}
         self._trees: dict[int, cKDTree] = {}
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
