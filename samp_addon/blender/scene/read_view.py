@@ -16,6 +16,7 @@ from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
+from ..render import camera_picture
 from . import pieces, read_scene
 
 Place = tuple[np.ndarray, float | None]
@@ -49,6 +50,8 @@ def read_view(
         found["destination"] = place(step.to)
     if "start" in needs:
         found["start"] = start
+    if "camera" in needs:
+        found["camera"] = camera_picture.take(context, step.settings.get("camera") or "", geometry)
     if first and "via" in needs:
         found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
     return SceneView(geometry, **found)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
+from ....samp_addon.scene.camera_view import SIZE
 from ...rooms.classes import PERSON
 from ...rooms.corpus.store import RoomData
 from ...rooms.pictures.camera import Camera
 from ...rooms.pictures.tracer import Tracer
 
-SIZE = (128, 72)  # width and height
 GROWN = 3  # pixels by which the removed outline of a person is larger than the person: shadows touch it
 FARTHEST = 60.0  # metres of depth that are kept; farther, and beyond windows, is 0
 

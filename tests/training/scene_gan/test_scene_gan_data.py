@@ -1,0 +1,96 @@
+"""The data set of Scene GAN: motion in the view frame, mirrored, moved pictures; one file and back."""
+
+import numpy as np
+import pytest
+import scene_gan_data as tiny
+import torch
+from samp_blender.models.scene_gan import projection
+from samp_blender.training.rooms.pictures import camera as cameras
+from samp_blender.training.scene_gan.data import dataset, packing, room_pictures
+
+
+@pytest.fixture(scope="module")
+def data():
+    return dataset.Dataset(tiny.arrays())
+
+
+def test_motion_is_in_the_view_frame(data):
+    """Window 0 glides along the room's X: to the left of a camera that looks along Z, away from one along X."""
+    batch = data.batch(torch.tensor([0, 1]))
+    moved = batch.motions.root[:, -1] - batch.motions.root[:, 0]
+    torch.testing.assert_close(moved[0], torch.tensor([tiny.WAY, 0.0, 0.0]), atol=2e-3, rtol=0)
+    torch.testing.assert_close(moved[1], torch.tensor([0.0, 0.0, tiny.WAY]), atol=2e-3, rtol=0)
+    torch.testing.assert_close(batch.start.height, torch.full((2,), 0.93), atol=1e-3, rtol=0)
+    again = projection.Motions.of(batch.start, batch.motions.velocities, batch.motions.six[:, 1:])
+    torch.testing.assert_close(again.root, batch.motions.root, atol=1e-5, rtol=0)
+    torch.testing.assert_close(again.positions, batch.motions.positions, atol=1e-5, rtol=0)
+
+
+def test_the_start_is_in_the_middle_of_the_picture(data):
+    batch = data.batch(torch.arange(len(data)))
+    places = projection.project(batch.start.root[:, None], batch.start)[:, 0]
+    middle = torch.tensor([0.5, projection.ASPECT / 2])
+    assert (places - middle).abs().max() <= 0.5 / tiny.WIDTH + 1e-5
+
+
+def test_mirrored_windows_are_mirror_images(data):
+    pairs = torch.arange(6)
+    plain, mirrored = data.batch(pairs), data.batch(pairs, torch.ones(6, dtype=torch.bool))
+    sign = torch.tensor([-1.0, 1.0, 1.0])
+    torch.testing.assert_close(mirrored.motions.root, plain.motions.root * sign)
+    swapped = list(dataset._MIRRORED)
+    joints = plain.motions.positions[:, :, swapped] * sign
+    torch.testing.assert_close(mirrored.motions.positions, joints, atol=1e-4, rtol=0)
+    flat = projection.project(plain.motions.joints, plain.start)
+    turned = projection.project(mirrored.motions.joints, mirrored.start)[:, :, swapped]
+    torch.testing.assert_close(turned[..., 0], 1 - flat[..., 0], atol=1e-4, rtol=0)
+    one, other = data.pictures("colour", plain), data.pictures("colour", mirrored)
+    assert (one.flip(2) == other).all() and one.float().std() > 5
+    torch.testing.assert_close(data.height_maps(mirrored), data.height_maps(plain).flip(2))
+
+
+def test_views_and_targets(data):
+    batch = data.batch(torch.arange(4))
+    assert data.views("colour", batch).shape == (4, 3, tiny.HEIGHT, tiny.WIDTH)
+    assert data.views("geometry", batch).shape == (4, 4, tiny.HEIGHT, tiny.WIDTH)
+    assert data.views("height", batch).shape == (4, 2, 48, 48)
+    assert data.standing(3).shape == (3, 22, 6)
+
+
+def test_packed_and_back(tmp_path):
+    arrays = tiny.arrays()
+    packing.pack(arrays, tmp_path / "a.bin")
+    again = packing.unpack(tmp_path / "a.bin", threads=2)
+    assert set(again) == set(arrays)
+    assert np.abs(again["root"].astype(int) - arrays["root"]).max() <= 2
+    assert np.abs(again["rotations"].astype(int) - arrays["rotations"]).max() <= 24
+    assert np.abs(again["colour"].astype(int) - arrays["colour"]).max() <= 2
+    np.testing.assert_allclose(again["depth"], arrays["depth"], rtol=0.003)
+    np.testing.assert_array_equal(again["pairs"], arrays["pairs"])
+    (tmp_path / "b.bin").write_bytes(b"other")
+    with pytest.raises(ValueError, match="no packed data set"):
+        packing.unpack(tmp_path / "b.bin")
+
+
+def test_a_share_of_the_pictures():
+    made = packing.thinned(tiny.arrays(), 0.5, np.random.default_rng(0))
+    assert len(made["colour"]) == 1 and len(made["pairs"]) == tiny.WINDOWS == len(made["root"])
+    assert made["pairs"][:, 0].max() == 0
+    dataset.Dataset(made).batch(torch.arange(3))
+
+
+def test_people_are_painted_over():
+    colour = np.full((18, 32, 3), 100, np.uint8)
+    person = np.zeros((18, 32), bool)
+    person[6:12, 10:14] = True
+    colour[person] = 255
+    assert (room_pictures.cleaned(colour, person) == 100).all()
+    assert room_pictures.cleaned(colour, np.zeros_like(person)) is colour
+
+
+def test_cameras_of_the_corpus_are_read_back():
+    camera = cameras.looking(np.array([1.0, 1.6, -2.0]), np.array([0.2, 0.9, 1.0]), 1.2, 0.05)
+    again = room_pictures.camera_of(camera.intrinsics(), camera.extrinsics(), cameras.SIZE[0])
+    np.testing.assert_allclose(again.position, camera.position, atol=1e-9)
+    np.testing.assert_allclose(again.axes, camera.axes, atol=1e-9)
+    assert again.lens == pytest.approx(camera.lens)
