@@ -84,6 +84,35 @@ def test_a_room_of_one_mesh_is_split():
     assert np.allclose(geometry.extent(hinted), geometry.extent(low_table))
 
 
+def chair(at):
+    """Return the boxes of a chair, facing -Z, whose back is at z = 0.2."""
+    legs = [((x, 0, z), (x + 0.04, 0.4, z + 0.04)) for x in (-0.2, 0.16) for z in (-0.2, 0.16)]
+    whole = [((-0.2, 0.4, -0.2), (0.2, 0.45, 0.2)), ((-0.2, 0.45, 0.16), (0.2, 0.9, 0.2)), *legs]
+    return boxes(*whole) + [at[0], 0, at[1]]
+
+
+@pytest.mark.parametrize(
+    ("hint", "meant"),
+    [
+        ((0.0, 0.45, 0.35), "near"),
+        ((-0.1, 0.8, 0.48), "near"),
+        ((0.74, 0.2, -0.28), "far"),
+        ((0.0, 0.74, 0.0), "table"),
+    ],
+    ids=["a seat under the table", "a back", "a leg", "the table's top"],
+)
+def test_a_click_tells_chairs_from_their_table(hint, meant):
+    legs = [((x, 0, z), (x + 0.05, 0.7, z + 0.05)) for x in (-0.6, 0.55) for z in (-0.35, 0.3)]
+    pieces = {
+        "table": boxes(((-0.65, 0.7, -0.4), (0.65, 0.74, 0.4)), *legs),
+        "near": chair((0, 0.32)),
+        "far": chair((0.92, -0.1)),
+    }
+    whole = scene(room=np.concatenate([FLOOR, *pieces.values()]))
+    chosen = whole.triangles[room.choose(whole, ["room"], "sit", hint=np.array(hint))]
+    assert np.allclose(geometry.extent(chosen), geometry.extent(pieces[meant]))
+
+
 @pytest.mark.parametrize(
     ("base", "expected"),
     [(boxes(((-1.5, 0, -1), (1.5, 0.05, 1))), True), (boxes(((-0.9, 0, -0.45), (0.9, 0.05, 0.45))), False)],
