@@ -44,7 +44,7 @@ def arrays(sway: float = 0.5) -> dict[str, np.ndarray]:
         "colour": np.broadcast_to(shade[:, None], (2, HEIGHT, WIDTH, 3)).copy(), "depth": depth,
         "classes": np.zeros((2, HEIGHT, WIDTH), np.uint8), "lens": np.tile(np.float32([FOCAL, 0.5, 9 / 32]), (2, 1)),
         "extrinsics": extrinsics.astype(np.float32), "root": np.round(root / ROOT_UNIT).astype(np.int16),
-        "rotations": np.round(rotations * 32767).astype(np.int16), "labels": np.zeros((WINDOWS, 66), np.uint8),
+        "rotations": np.round(rotations * 32767).astype(np.int16), "labels": np.ones((WINDOWS, 66), np.uint8),
         "body": np.zeros(WINDOWS, np.int32),
         "rest": skeleton.default_rest_joints()[None, :22].astype(np.float32), "pairs": np.array(pairs, np.int32),
         "heights": heights, "corners": np.full((1, 2), -2.0, np.float32), "room_of_picture": np.zeros(2, np.int32),

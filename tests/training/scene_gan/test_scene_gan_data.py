@@ -1,12 +1,19 @@
 """The data set of Scene GAN: motion in the view frame, mirrored, moved pictures; one file and back."""
 
+import importlib.util
+
 import numpy as np
 import pytest
 import scene_gan_data as tiny
+import shapes
 import torch
 from samp_blender.models.scene_gan import projection
+from samp_blender.samp_addon import skeleton
+from samp_blender.training.rooms.corpus import store
+from samp_blender.training.rooms.episodes.bank import LABELS
+from samp_blender.training.rooms.layout.room import Room
 from samp_blender.training.rooms.pictures import camera as cameras
-from samp_blender.training.scene_gan.data import dataset, packing, room_pictures
+from samp_blender.training.scene_gan.data import dataset, make, packing, room_windows, units
 
 
 @pytest.fixture(scope="module")
@@ -79,18 +86,57 @@ def test_a_share_of_the_pictures():
     dataset.Dataset(made).batch(torch.arange(3))
 
 
-def test_people_are_painted_over():
-    colour = np.full((18, 32, 3), 100, np.uint8)
-    person = np.zeros((18, 32), bool)
-    person[6:12, 10:14] = True
-    colour[person] = 255
-    assert (room_pictures.cleaned(colour, person) == 100).all()
-    assert room_pictures.cleaned(colour, np.zeros_like(person)) is colour
+def test_bodies_in_view_of_a_camera():
+    camera = cameras.looking(np.array([0.0, 1.5, -3.0]), np.array([0.0, 1.0, 1.0]), 1.2)
+    depth = np.full((36, 64), 5000, np.uint16)
+    depth[:, 40:] = 1000  # a pillar on the right
+    rest = np.array(skeleton.default_rest_joints()[:22]) + [0.0, 0.93, 0.0]
+    places = np.array(
+        [[0.0, 0, 1], [-1.0, 0, 1], [0, 0, 8], [5.0, 0, 1]]
+    )  # free, hidden, behind the wall, outside
+    found = room_windows.in_view(rest + places[:, None], camera, depth)
+    assert found.tolist() == [True, False, False, False]
 
 
-def test_cameras_of_the_corpus_are_read_back():
-    camera = cameras.looking(np.array([1.0, 1.6, -2.0]), np.array([0.2, 0.9, 1.0]), 1.2, 0.05)
-    again = room_pictures.camera_of(camera.intrinsics(), camera.extrinsics(), cameras.SIZE[0])
-    np.testing.assert_allclose(again.position, camera.position, atol=1e-9)
-    np.testing.assert_allclose(again.axes, camera.axes, atol=1e-9)
-    assert again.lens == pytest.approx(camera.lens)
+def test_the_label_of_standing_is_the_corpus_one():
+    assert LABELS[units.IDLE] == "idle"
+
+
+@pytest.mark.skipif(importlib.util.find_spec("embreex") is None, reason="pictures need the package embreex")
+def test_a_room_of_a_corpus(tmp_path):
+    """A glide through an empty room of 4 x 5 m becomes pictures, windows and pairs that see each other."""
+    folder = store.room_folder(tmp_path / "corpus", 0)
+    corners = shapes.box([-2, -0.1, -2.5], [2, 0, 2.5]), shapes.box([-2, 0, 2.4], [2, 2.5, 2.5])
+    triangles = np.concatenate(corners)
+    count = np.zeros(len(triangles), np.int16)
+    classes = np.repeat(np.uint8([0, 1]), 12)
+    size, nothing = (4.0, 5.0, 2.5), np.zeros((0, 4))
+    room = Room("test", size, triangles, classes, count - 1, count, ["floor"], [], [], nothing)
+    (folder / "layout").mkdir(parents=True)
+    room.save(folder / "layout" / "room.npz")
+    frames = 200
+    quats = np.zeros((frames, 22, 4), np.int16)
+    quats[..., 0] = store.QUATERNION
+    root = np.stack([np.zeros(frames), np.full(frames, 0.93), np.linspace(-1, 1, frames)], -1).astype(
+        np.float32
+    )
+    store.write_stage(folder, "motion", {
+        "bounds": np.array([0, frames], np.int32), "shapes": np.zeros((1, 8), np.float32), "root": root,
+        "rotations": quats, "labels": np.ones(frames, np.uint8), "contacts": np.zeros((frames, 5), np.uint8),
+    })  # fmt: skip
+    store.write_stage(folder, "cloud", {"points": triangles.reshape(-1, 3).astype(np.float32)})
+    arguments = [
+        "--corpus",
+        str(tmp_path / "corpus"),
+        "--output",
+        str(tmp_path / "data"),
+        "--pictures",
+        "3",
+        "--pairs",
+        "4",
+    ]
+    assert make.main(arguments) == 0 and make.main(arguments) == 0
+    data = dataset.load(tmp_path / "data" / "train")
+    assert len(data.maps["colour"]) == 3 and len(data) > 3
+    batch = data.batch(torch.arange(len(data)))
+    assert batch.start.root[:, 2].min() > 1.0 and (data.pictures("depth", batch) > 0).float().mean() > 0.2
