@@ -22,12 +22,19 @@ def context():
         made = bpy.context.object
         made.name = name
         material = bpy.data.materials.new(name)
-        material.diffuse_color = (*colour, 1)
+        paint(material, colour)
         made.data.materials.append(material)
     add_camera("Shot", (0, -4.5, 1.0), (np.pi / 2, 0, 0))
     bpy.context.scene.camera = bpy.data.objects["Shot"]
     bpy.context.view_layer.update()
     return bpy.context
+
+
+def paint(material, colour):
+    material.diffuse_color = (*colour, 1)
+    for node in material.node_tree.nodes if material.node_tree else ():
+        if "Base Color" in node.inputs:
+            node.inputs["Base Color"].default_value = (*colour, 1)
 
 
 def add_camera(name, place, turn, **settings):
@@ -109,6 +116,6 @@ def test_cameras_that_are_refused(context, name, change, message):
 
 def test_a_black_room(context):
     for material in bpy.data.materials:
-        material.diffuse_color = (0, 0, 0, 1)
+        paint(material, (0, 0, 0))
     with pytest.raises(SampError, match="sees only black surfaces"):
         take(context)

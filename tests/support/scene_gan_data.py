@@ -6,7 +6,7 @@ import numpy as np
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.training.scene_gan.data.units import ROOT_UNIT
 
-WIDTH, HEIGHT = 32, 18
+WIDTH, HEIGHT = 64, 36
 FOCAL = 0.7
 WINDOWS = 8
 WAY = 1.2  # metres in a window
