@@ -27,7 +27,7 @@ CLASSES = {
 class Trainer:
     """Networks, critics and optimisers of one training on a data set.
 
-    encoder: tensors of the pretrained encoder, or None. Everything random depends on the options' seed, on the CPU.
+    encoder: tensors of the pretrained encoder, or None. On a CPU everything random depends on the options' seed.
     """
 
     def __init__(
@@ -36,6 +36,8 @@ class Trainer:
         torch.manual_seed(options.seed)
         self.data, self.options = data, options
         self.random = torch.Generator().manual_seed(options.seed)
+        # On a GPU, latents are drawn there: on the CPU they would take as long as the rest of a step.
+        self.latents = self.random if data.device.type == "cpu" else None
         self.networks = SceneGan(options.settings).to(data.device)
         if encoder is not None:
             self.networks.encoder.load_state_dict(encoder)
@@ -85,10 +87,10 @@ class Trainer:
         """Return generated windows for a batch, by the part that is trained."""
         if self.options.part == "trajectory":
             start, made = batch.start, self.networks.trajectory
-            velocities = made(made.latent.draw(len(start), self.random), scene, start)
+            velocities = made(made.latent.draw(len(start), self.latents), scene, start)
             return Motions.of(start, velocities, start.six[:, None].expand(-1, 64, -1, -1))
         known = batch.motions.velocities if self.options.part == "pose" else None
-        return self.networks.draw(scene, batch.start, self.random, known)
+        return self.networks.draw(scene, batch.start, self.latents, known)
 
     def _inputs(self, name: str, motions: Motions, batch: Batch) -> torch.Tensor:
         critic = self.critics[name]
