@@ -69,7 +69,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     smooth: _weight("Smoothness", "Weight of smooth motion", 0.25)
     close: _weight("Closeness", "Weight of staying close to the original take")
     limits: _weight("Joint Limits", "Weight of staying within joint limits")
-    thin: _weight("Thin Things", "Weight of keeping thin seats, slats and wires out of the body", 0.0)
+    thin: _weight("Thin Things", "Weight of keeping thin seats, slats and wires out of the body")
     goal: _weight("Goal", "Weight of ending at the goal")
 
     @classmethod

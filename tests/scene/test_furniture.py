@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.errors import PathError, SampError
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene import geometry
@@ -66,6 +67,46 @@ def scene(**objects):
 )
 def test_what_rests_on_a_target_belongs_to_it(named, others, expected):
     assert set(belongings(scene(**others), [named])) == expected
+
+
+BED = boxes(((-0.7, 0, -1.0), (0.7, 0.45, 1.0)))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6])
+@pytest.mark.parametrize(
+    ("board", "belongs"),
+    [
+        (((-0.75, 0.0, -1.08), (0.75, 1.0, -1.01)), True),
+        (((-1.2, 0.4, -1.08), (1.2, 1.1, -1.0)), True),
+        (((-0.6, 0.5, 1.0), (0.6, 0.8, 1.05)), True),
+        (((-2.0, 0.0, -1.1), (2.0, 2.6, -1.0)), False),
+        (((-0.75, 0.0, -1.6), (0.75, 1.0, -1.5)), False),
+        (((0.72, 0.0, -1.0), (1.1, 0.6, -0.6)), False),
+        (((-0.75, 0.0, -1.08), (0.75, 0.5, -1.01)), False),
+    ],
+    ids=[
+        "headboard",
+        "wide board on a wall",
+        "footboard",
+        "wall",
+        "away from it",
+        "night table",
+        "as low as the bed",
+    ],
+)
+def test_a_separate_headboard_belongs_to_its_bed(board, belongs, turn):
+    turned = frames.yawed_axes(turn).T
+    whole = scene(bed=BED @ turned, board=boxes(board) @ turned, floor=FLOOR)
+    assert belongings(whole, ["bed"]) == (("board",) if belongs else ())
+
+
+@pytest.mark.parametrize("end", [-1, 1])
+def test_the_head_is_at_a_separate_headboard(end):
+    board = boxes(((-0.75, 0, -1.08), (0.75, 1.0, -1.01))) * [1, 1, -end]
+    whole = scene(bed=BED, board=board, floor=FLOOR)
+    names = ("bed", *belongings(whole, ["bed"]))
+    best = seats.find_goals(whole.triangles_of(names), "lie")[0]
+    assert best.direction[2] == pytest.approx(-end, abs=0.1)
 
 
 def test_characters_never_belong_to_furniture():
