@@ -68,8 +68,9 @@ def test_a_row_of_the_table_steps_and_goes_on(data, row, tmp_path):
     two.options = wanted
     two.resume(tmp_path / "state.pt")
     for each in (one, two):
-        each.cache_features()
+        each.cache_features(tmp_path)
         each.step()
+    assert len(list(tmp_path.glob("features_*.pt"))) == 1
     assert two.step_number == 2 and set(one.losses()) >= {f"{name}_distance" for name in wanted.critics}
     for name, value in one.networks.state_dict().items():
         torch.testing.assert_close(two.networks.state_dict()[name], value, msg=name)

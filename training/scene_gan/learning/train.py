@@ -119,7 +119,7 @@ def main(arguments: list[str] | None = None) -> int:
         made.resume(chosen.work / STATE)
         print(f"goes on at step {made.step_number}", flush=True)
     if not wanted.along:
-        made.cache_features()
+        made.cache_features(chosen.work)
     run = Run(made, chosen.work, not chosen.no_sheet)
     print(f"{len(data)} pairs on {chosen.device}, ready after {time.time() - began:.0f} s", flush=True)
     end = began + chosen.seconds - SAVING[torch.device(chosen.device).type]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import defaultdict
 from pathlib import Path
 
@@ -58,8 +59,15 @@ class Trainer:
         return CLASSES[name](sizes, self.options.crop) if name == "context" else CLASSES[name](sizes)
 
     @torch.no_grad()
-    def cache_features(self, size: int = 64) -> None:
-        """Compute the scene features (2, N, scene) of all pairs, as they are and mirrored."""
+    def cache_features(self, folder: Path | None = None, size: int = 64) -> None:
+        """Compute the scene features (2, N, scene) of all pairs, as they are and mirrored.
+
+        folder: where they are kept for the next start, by encoder and data set.
+        """
+        path = None if folder is None else folder / f"features_{self._features_key()}.pt"
+        if path is not None and path.exists():
+            self.features = torch.load(path, map_location=self.data.device, weights_only=True)
+            return
         self.networks.eval()
         made = []
         for mirrored in (False, True):
@@ -69,6 +77,16 @@ class Trainer:
                 made.append(self.networks.encoder(self.data.views(self.options.settings.view, batch)).half())
         self.features = torch.cat(made).view(2, len(self.data), -1)
         self.networks.train()
+        if path is not None:
+            torch.save(self.features, path.with_suffix(".part"))
+            path.with_suffix(".part").replace(path)
+
+    def _features_key(self) -> str:
+        """Return what the features depend on, as a short text."""
+        digest = hashlib.sha256(self.data.small["pairs"].cpu().numpy().tobytes())
+        for value in self.networks.encoder.state_dict().values():
+            digest.update(value.cpu().numpy().tobytes())
+        return digest.hexdigest()[:16]
 
     def keep_standing(self) -> None:
         """Store standing poses of the data set with the networks."""
