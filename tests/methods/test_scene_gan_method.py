@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapes
 import torch
+from samp_blender.models import weights
 from samp_blender.models.scene_gan import networks
 from samp_blender.models.scene_gan.projection import Motions
 from samp_blender.samp_addon import rotation
@@ -185,8 +186,22 @@ def test_characters_are_placed_on_free_floor_in_view(room):
         assert not (np.abs(place[[0, 2]]) < [1.0, 0.5]).all()
 
 
+def test_networks_by_what_there_is_to_see(room, tmp_path, monkeypatch):
+    """Height maps where there is no picture; one sentence where there are no networks for that."""
+    monkeypatch.setattr(load_networks, "FOLDER", tmp_path)
+    monkeypatch.setattr(weights, "FOLDER", tmp_path)
+    method, step = SceneGanMethod(), Step(action="", method="scene_gan", settings={"seconds": 1.0})
+    networks.save(still(), tmp_path)
+    assert method.installed()
+    with pytest.raises(SampError, match="The scene has no active camera"):
+        method.generate(step, scene(room), [Draw(0, 0)], QUIET)
+    networks.save(still(view="height"), tmp_path)
+    assert method._tools(False).settings.view == "height" and method._tools(True).settings.view == "geometry"
+
+
 def test_it_is_offered_only_with_weights(tmp_path):
-    assert ("scene_gan" in registry.METHODS) is load_networks.installed()
+    there = load_networks.installed() or load_networks.installed(name=load_networks.HEIGHT)
+    assert ("scene_gan" in registry.METHODS) is there
     assert not load_networks.installed(tmp_path) and SceneGanMethod(still()).installed()
     with pytest.raises(SampError, match="missing"):
         load_networks.trained(tmp_path)

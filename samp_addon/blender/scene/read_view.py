@@ -51,8 +51,9 @@ def read_view(
         found["destination"] = place(step.to)
     if "start" in needs:
         found["start"] = start
-    if "camera" in needs:
-        found["camera"] = camera_picture.take(context, step.settings.get("camera") or "", geometry)
+    camera = step.settings.get("camera") or ""
+    if "camera" in needs and (camera or context.scene.camera is not None):
+        found["camera"] = camera_picture.take(context, camera, geometry)
     if first and "via" in needs:
         found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
     return SceneView(geometry, **found)
