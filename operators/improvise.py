@@ -35,11 +35,11 @@ class SAMP_OT_improvise(OptionsOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        from ..samp_addon.methods import registry
+        from ..samp_addon.ui import method_options
 
         if not super().poll(context):
             return False
-        if METHOD not in registry.METHODS:
+        if not method_options.offered(METHOD):
             cls.poll_message_set("The networks of Improvise are not installed")
             return False
         return True

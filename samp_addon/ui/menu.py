@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..methods import registry
+from . import method_options
 
 ENTRIES = (
     ("sit_here", "lie_here", "walk_here", "improvise"),
@@ -28,7 +28,7 @@ class SAMP_MT_menu(bpy.types.Menu):
             if number:
                 self.layout.separator()
             for name in names:
-                if name in METHODS and METHODS[name] not in registry.METHODS:
+                if name in METHODS and not method_options.offered(METHODS[name]):
                     continue
                 if name == "export_take":
                     self.layout.operator_menu_enum("samp.export_take", "kind")
