@@ -34,7 +34,8 @@ def test_fid_is_small_for_the_same_motion_and_grows(batch):
     noisy = real + 0.2 * torch.randn_like(real)
     same, other = (measures.motion_fid(networks, real, made) for made in (real, noisy))
     assert set(same) == {"short", "mid", "long", "mean"}
-    assert same["mean"] < 1e-9 < 1e-5 < other["mean"]
+    assert same["mean"] < 1e-9
+    assert other["mean"] > 1e-5
 
 
 @pytest.mark.parametrize("radius, inside", [(0.03, 1), (0.06, 2)])
