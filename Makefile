@@ -18,8 +18,11 @@ $(VENV)/ready: requirements.txt pyproject.toml
 	$(PY) -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
+# Two processes, each with whole files: what the tests of a file share is made once.
+JOBS ?= 2
+
 test: venv lint
-	$(PY) -m pytest
+	$(PY) -m pytest -n $(JOBS) --dist loadfile
 
 # Test the sidebar in a real Blender with a window: make test-ui BLENDER=/path/to/blender. ROOT=FOLDER names the root
 # of another system with Blender, Xvfb, xdotool and ImageMagick (created by tests/ui/debian.sh).

@@ -49,7 +49,7 @@ def support(motion: Motion, triangles: np.ndarray, floor: float) -> Found:
     body = human.load()
     skin = human.skin(body, part).astype(np.float64)
     bent = _knees(part) > BENT
-    under = np.flatnonzero(_carrying(body))[::4]
+    under = np.flatnonzero(_carrying(body))[::2]
     carried, held = np.zeros(len(part), bool), np.zeros(len(part), bool)
     for k, vertices in enumerate(skin):
         low, high = vertices.min(0) - 0.1, vertices.max(0) + 0.1

@@ -27,7 +27,7 @@ LARGEST_BOX = 6.0
 STRIDE = 3
 """Frames between two in which the surface is looked for in the body; in between, the deeper neighbour counts."""
 
-SAME_POSE = 0.001
+SAME_POSE = 0.004
 """Metres. A pose whose joints all moved less since the last measured frame has the same depth."""
 
 

@@ -25,6 +25,9 @@ BENT = np.radians(50.0)
 UNDER = 0.06
 """Metres under hips and thighs within which something carries them."""
 
+ASIDE = 0.015
+"""Metres to the side of skin within which a sample is under it: the distance between samples."""
+
 REACH = 0.03
 """Metres within which any skin is supported."""
 
@@ -186,10 +189,10 @@ def _each(
 
 
 def _is_above(points: np.ndarray, samples: np.ndarray) -> bool:
-    """Whether a sample (M, 3) is up to 6 cm under one of some points (N, 3), 2 cm to the side at most."""
-    near = cKDTree(samples[:, [0, 2]]).query_ball_point(points[:, [0, 2]], 0.02)
+    """Whether a sample (M, 3) is up to 6 cm under one of some points (N, 3), 1.5 cm to the side at most."""
+    near = cKDTree(samples[:, [0, 2]]).query_ball_point(points[:, [0, 2]], ASIDE)
     return any(
-        (np.abs(point[1] - UNDER / 2 - samples[rows, 1]) <= UNDER / 2 + 0.01).any()
+        (np.abs(point[1] - UNDER / 2 - samples[rows, 1]) <= UNDER / 2).any()
         for point, rows in zip(points, near, strict=True)
         if rows
     )

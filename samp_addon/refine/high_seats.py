@@ -19,7 +19,7 @@ from .inverse_kinematics import at_height
 if TYPE_CHECKING:
     from .thin_things import ThinThings
 
-RATE = 10.0
+RATE = 7.5
 """Frames per second in which thighs are looked at."""
 
 ON_PELVIS, ON_THIGH = 0.25, 0.4

@@ -27,6 +27,7 @@ from .thin_things import ThinThings
 
 STEPS = (40, 80)  # of the two stages
 SAMPLE_EVERY = 10  # steps between two samples of the scene
+THIN_EVERY = 2  # samples of the scene from one to the next of thin things, which cost more
 PATIENCE = 3  # samples without gain after which a stage ends
 RATES = (0.006, 0.012)  # of Adam: metres of the root, radians of the joints
 GROUND = 10.0  # weight of feet that leave the ground, relative to closeness to the input
@@ -137,7 +138,7 @@ class Optimiser:
             none = torch.zeros(len(motion), 3), torch.zeros(len(motion), skeleton.BODY_COUNT, 3)
             self.before, _ = self.pose.joints(*none)
         self.near: NearVertices | None = None
-        self.thin, self.pierced = thin, None
+        self.thin, self.pierced, self._samplings = thin, None, 0
 
     def changes(self) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the shift (T, 3) of the root, metres, and the rotation vectors (T, 22, 3) of the joints."""
@@ -209,8 +210,9 @@ class Optimiser:
         moved = changed(self.motion, shift, turn)
         sampled = moved.pose_slice(rows)
         skin = human.skin(self.body, sampled, self.body.collision)
-        if self.thin is not None:
+        if self.thin is not None and self._samplings % THIN_EVERY == 0:
             self.pierced = self.thin.pierced(sampled)
+        self._samplings += 1
         if self.near is None:
             self._candidates = np.flatnonzero(self.field.at(skin.reshape(-1, 3))[0] < self.sampling.near)
         points = skin.reshape(-1, 3)[self._candidates]

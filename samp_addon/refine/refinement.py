@@ -36,6 +36,7 @@ OUTSIDE_SAMPLES = 500  # vertices that decide which side of a surface is outside
 RESTING_SECONDS = 1.0  # at the end of a take that rests on its goal
 NO_FLOOR = -1e3  # height of a floor that is out of the way
 LAST_SETTLING = 0.04  # seconds, sigma; what still hovers at the end does so by little
+LOOKED_AT = 5  # frames between two in which thin things are looked for in the result
 UNSOLVED = 0.02  # metres of remaining depth that are worth a note
 
 
@@ -259,7 +260,7 @@ def _result(
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)
     left = float(max(-scene.at(skin)[0].min(), 0.0))
     if thin is not None:
-        left = max(left, thin.deepest(refined.pose_slice(slice(None, None, 2))))
+        left = max(left, thin.deepest(refined.pose_slice(slice(None, None, LOOKED_AT))))
     notes = ()
     if left > UNSOLVED:
         notes = (

@@ -67,6 +67,10 @@ class SceneGeometry:
         """Return the triangles (F', 3, 3) of the named objects."""
         return self.triangles[self.is_one_of(names)]
 
+    def of(self, names: Iterable[str]) -> np.ndarray:
+        """Return `triangles_of`, by the name that scripts outside of the repository use."""
+        return self.triangles_of(names)
+
     def without(self, names: Iterable[str]) -> SceneGeometry:
         """Return the scene without the named objects; the ids of the others are unchanged."""
         keep = ~self.is_one_of(names)

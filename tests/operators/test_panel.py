@@ -330,6 +330,12 @@ def test_refine_takes_the_range_of_the_action():
         ({"penetration_max_cm": 1.0, "position_error_cm": 2.0}, "", "GOOD", "No fault"),
         ({"penetration_max_cm": 6.0}, "", "DOUBTFUL", "6 cm deep"),
         ({"penetration_max_cm": 6.0, "position_error_cm": 40.0}, "", "BAD", "ends 40 cm from its goal"),
+        (
+            {"penetration_max_cm": 6.0},
+            "The body is 6 cm deep in the scene somewhere.",
+            "DOUBTFUL",
+            "The body is 6 cm deep in the scene somewhere.",
+        ),
         ({"penetration_max_cm": 1.0}, "It squats in the air.\nIt glides.", "DOUBTFUL", "It glides."),
     ],
 )
@@ -339,7 +345,7 @@ def test_verdict_on_a_take_is_its_tooltip(measures, warnings, verdict, reason):
     if warnings:
         action[judgement.WARNINGS_KEY] = warnings
     found, text = judgement.judge(action)
-    assert found == verdict and reason in text
+    assert found == verdict and text.count(reason) == 1
     options = SimpleNamespace(fit=False, explain=True, action_name=action.name)
     assert reason in SAMP_OT_show_take.description(bpy.context, options)
     options.explain, options.fit = False, True

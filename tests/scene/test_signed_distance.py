@@ -157,3 +157,27 @@ def test_the_bottom_of_a_crate_on_the_floor_is_ignored(floor):
     found, slope = signed_distance.cached_field(mesh, FREE, floor).at(points)
     np.testing.assert_allclose(found, [-0.1, -0.104, -0.05], atol=0.75 * CELL)
     assert slope[0, 0] > 0.7 and slope[2, 1] > 0.9
+
+
+def plane(half):
+    a, b, c, d = np.array([(-half, 0, -half), (half, 0, -half), (half, 0, half), (-half, 0, half)], float)
+    return np.array([(a, c, b), (a, d, c)])
+
+
+@pytest.mark.parametrize(
+    ("half", "far"),
+    [(1000.0, []), (250.0, [box((x, 0.0, 20.0), (x + 20.0, 90.0, 40.0)) for x in range(-200, 200, 40)])],
+    ids=["a ground of 2 km", "a city of 500 m"],
+)
+def test_a_large_scene_is_as_exact_as_the_small_room(half, far):
+    bench = np.concatenate(
+        [box((-0.7, 0.4, -1.2), (0.7, 0.45, -0.8)), box((-0.6, 0.0, -1.2), (-0.5, 0.4, -0.8))]
+    )
+    rng = np.random.default_rng(0)
+    points, free = rng.uniform((-1, -0.1, -1.5), (1, 0.6, 0), (800, 3)), rng.uniform(0.8, 1.2, (20, 3))
+    small, large = (
+        signed_distance.cached_field(np.concatenate([bench, *parts]), free)
+        for parts in ([plane(4.0)], [plane(half), *far])
+    )
+    np.testing.assert_allclose(large.at(points)[0], small.at(points)[0], atol=1e-9)
+    assert large.memory < 2 * small.memory

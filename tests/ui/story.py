@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 GOALS = 5  # arrows that Sample Goals draws
 HEADERS = (46, 52, 58, 64)  # pixels from a button up to the header of the panel above
-PATIENCE = 240.0  # seconds, for software GL on two busy cores
+PATIENCE = 600.0  # seconds, for software GL on two busy cores
 
 
 def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object]]]:

@@ -142,7 +142,8 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
             hard = number, hard_obstacles(data)
         motion, body = data.motion(episode), data.body(episode)
         few = motion.pose_slice(slice(None, None, STRIDE))
-        deep.append(depth.deepest(hard[1], few, body))
+        both = (depth.skin_depth(hard[1], few, body), depth.surface_depth(hard[1], few, body))
+        deep.append(float(np.maximum(*both).max()))
         first, last = (int(v) for v in data.bounds[episode : episode + 2])
         labels = data.array("motion", "labels")[first:last]
         flexion = knee_flexion(motion)

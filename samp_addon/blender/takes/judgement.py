@@ -17,9 +17,9 @@ WARNINGS_KEY = "samp_warnings"
 """Custom property of an Action: sentences on what is wrong with the take, one a line."""
 
 LIMITS = (
-    ("position_error_cm", 10.0, 20.0, "It ends {:.0f} cm from its goal."),
+    ("position_error_cm", 10.0, 20.0, "The take ends {:.0f} cm from its goal."),
     ("rotation_error_deg", 30.0, 60.0, "It faces {:.0f} degrees away from its goal."),
-    ("penetration_max_cm", 5.0, 10.0, "The body is up to {:.0f} cm deep in the scene."),
+    ("penetration_max_cm", 5.0, 10.0, "The body is {:.0f} cm deep in the scene somewhere."),
     ("stance_slide_cm_s", 10.0, 20.0, "Standing feet slide at {:.0f} cm/s."),
 )
 """Measure, the value above which a take is doubtful, the one above which it is bad, and the sentence."""
@@ -36,6 +36,6 @@ def judge(action: bpy.types.Action) -> tuple[Verdict, str]:
     for key, doubtful, bad, sentence in LIMITS:
         value = numbers.get(key, 0.0)
         if value > doubtful:
-            reasons.append(sentence.format(value))
+            reasons.append(sentence.format(value))  # as guards.py warns of it
             verdict = "BAD" if value > bad or verdict == "BAD" else "DOUBTFUL"
-    return verdict, "\n".join(reasons) or "No fault was found."
+    return verdict, "\n".join(dict.fromkeys(reasons)) or "No fault was found."

@@ -12,7 +12,7 @@ from ...motion import Goal
 from .probes import at_bodies, edge_distance, lattice, support_share
 from .support import SupportMap
 
-ANGLES = (np.radians(13.0), np.radians(53.0))
+ANGLES = (np.radians(17.0), np.radians(53.0))
 """Radians over the horizontal of backs that are leaned on; flatter ones are lain on like a mattress."""
 HINGE = 0.03
 """Metres behind the pelvis joint at which the back begins to rise: buttocks fill the corner."""

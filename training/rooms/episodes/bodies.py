@@ -32,7 +32,7 @@ MOST = {
 OPPOSITES = (("male", "female"), ("tall", "short"), ("heavy", "thin"))
 SITS, LIES = (tuple(LABELS.index(n) for n in names) for names in (("sit",), ("lie",)))
 EVEN, EARLY = 5.0, 31  # frames over which standing turns into sitting, and of a window that begins it early
-RESERVE = 0.007  # metres that thicker bodies sit higher than that
+RESERVE = 0.007  # metres that all bodies sit higher than that: most fits are as deep as they may be
 FOLLOWS = 1.5  # frames, standard deviation, over which the pelvis follows its feet
 THICKEST = 99  # percentile of the skin that touches, whose distance to the default human counts
 _SEATED = (("left_hip", -85), ("right_hip", -85), ("left_knee", 85), ("right_knee", 85))
@@ -69,7 +69,7 @@ def of(shape: np.ndarray) -> Build:
     thicker = [
         float(np.percentile(a - b, THICKEST)) for a, b in ((default_under, under), (default_behind, behind))
     ]
-    return Build(np.asarray(shape), body, *(value + RESERVE if value > 0 else value for value in thicker))
+    return Build(np.asarray(shape), body, *(value + RESERVE for value in thicker))
 
 
 @functools.cache

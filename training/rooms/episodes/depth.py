@@ -9,7 +9,7 @@ from ....samp_addon import skeleton
 from ....samp_addon.body import human
 from ....samp_addon.body.hands import complete
 from ....samp_addon.evaluation.obstacles import Obstacles
-from ....samp_addon.evaluation.skin_depth import SkinSurface
+from ....samp_addon.evaluation.skin_depth import SkinSurface, surface_of
 from ....samp_addon.motion import Motion
 from ...fitting.shapes import probes
 
@@ -43,6 +43,22 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
 
 
 def deepest(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
-    """The larger of both depths in any frame, metres."""
-    skin = float(skin_depth(obstacles, motion, body).max(initial=0.0))
-    return max(skin, float(surface_depth(obstacles, motion, body).max(initial=0.0)))
+    """The larger of both depths in any frame, metres; surfaces that are less than about 1 cm deep are left out.
+
+    Fast: only the few samples close to points of the body's inside are looked at.
+    """
+    worst = float(skin_depth(obstacles, motion, body).max(initial=0.0))
+    surface = surface_of(human.load())  # all bodies have the same triangles
+    interior = probes.interior(motion.root, motion.rotations)
+    low, high = interior.min((0, 1)) - CONFIRMED_NEAR, interior.max((0, 1)) + CONFIRMED_NEAR
+    samples = obstacles.samples(low, high)
+    if not len(samples):
+        return worst
+    close = []
+    for points in interior:
+        tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
+        close.append(np.flatnonzero(np.isfinite(tree.query(samples, distance_upper_bound=CONFIRMED_NEAR)[0])))
+    some = np.array([frame for frame, near in enumerate(close) if len(near)], int)
+    for frame, skin in zip(some, human.skin(body, motion.pose_slice(some), surface.vertices), strict=True):
+        worst = max(worst, float(surface.inside(skin, samples[close[frame]]).depth.max(initial=0.0)))
+    return worst

@@ -16,14 +16,14 @@ from .bank import LABELS, Bank
 from .blending import Piece, joined
 from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
 from .matching import FPS
-from .scene import DEEP, Scene
+from .scene import DEEP, FINE, Scene
 from .search import Search
 
 AT_ONCE = 24  # episodes that are made together
-MOST_TRIES = 5  # times as many episodes as wanted are tried at most
+MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
 BUILDS, SLIGHT = 4, 0.1  # bodies tried for an episode; share of the last one's shape values
-LOOKS = 4  # frames of a use in which the depth is looked at
+LOOKS, IN_SEAT = 5, 0.018  # frames of a use in which the depth is looked at, and metres of it
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 UNKNOWN = 255
 LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
@@ -126,13 +126,25 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"
-    if (scene.depth_beside(locked.root, locked.rotations, carried.object) > DEEP).any():
+    grazed = scene.depth_beside(locked.root, locked.rotations, carried.object, build.body.joints)
+    if (grazed > DEEP).any() or _skin_in_solids(scene, locked, build, grazed) > DEEP:
         return "in something"
     rotations = rotation.continuous(locked.rotations)
     finished = Piece(
         locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
     )
     return Episode(finished, build, before, deviation(bank, finished))
+
+
+def _skin_in_solids(scene: Scene, locked: Motion, build: bodies.Build, grazed: np.ndarray) -> float:
+    """Metres by which the skin is in a solid thing in frames in which the flesh around a bone touches one."""
+    near = FINE * np.flatnonzero(grazed > 0)
+    frames = np.unique(np.clip(np.concatenate([near, near + 1]), 0, len(locked) - 1))
+    if not len(frames):
+        return 0.0
+    # The body of the first frame is taken to be outside.
+    frames = np.concatenate([[0], frames])
+    return float(depth.skin_depth(scene.solids, locked.pose_slice(frames), build.body).max())
 
 
 def _fitting_body(
@@ -146,7 +158,7 @@ def _fitting_body(
         build = bodies.draw(rng, 1.0 if attempt + 1 < BUILDS else SLIGHT)
         carried = bodies.carried(whole, build)
         locked = locked_feet(carried, build)
-        if _depth_in_seats(scene, carried, locked, build) <= DEEP:
+        if _depth_in_seats(scene, carried, locked, build) <= IN_SEAT:
             return build, carried, locked
     return None
 

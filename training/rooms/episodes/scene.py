@@ -25,7 +25,7 @@ from .depth import SOFT
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
 FAR = 0.115  # metres beyond which nothing is in the flesh: the largest of RADII and a little
-STEP = 4  # frames between two that are looked at
+STEP, FINE = 4, 2  # frames between two that are looked at, of uses and of finished episodes
 # Bones with two points each, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
          (17, 19), (18, 20), (19, 21)]  # fmt: skip
@@ -35,6 +35,9 @@ RADII = np.array(
 KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
         "left_wrist", "right_wrist")]  # fmt: skip
 SHARES = (0.15, 0.5, 0.85)
+BEYOND = {(18, 20): (1.2, 1.45), (19, 21): (1.2, 1.45), (7, 10): (-0.3, 1.35), (8, 11): (-0.3, 1.35)}
+"""Shares beyond the points at which there are hands, toes and heels."""
+ENDS = 0.022  # metres, the radius of the flesh there
 DEEP = 0.02  # metres
 CLOSE = 8  # frames before sitting down that belong to a use
 ON_TABLES = 0.75  # share of the places before a table at which hands lie on it
@@ -201,18 +204,31 @@ class Scene:
         gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
         return np.maximum(radii - gap, 0).max(1)
 
-    def depth_beside(self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray) -> np.ndarray:
-        """As depth, but in frames in which a piece is in use (T,) without that one."""
-        out = np.zeros(len(range(0, len(root), STEP)))
-        at = using[::STEP]
+    @cached_property
+    def solids(self) -> Obstacles:
+        """Walls and all things that nobody sits or lies on."""
+        room = self.room
+        seats = np.isin(room.objects, room.seats) | np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+        return Obstacles(room.triangles[~seats])
+
+    def depth_beside(
+        self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray, rest: np.ndarray
+    ) -> np.ndarray:
+        """As depth, but of every FINE-th frame, and in frames in which a piece is in use (T,) without that one.
+
+        rest: (J, 3) joints of the body.
+        """
+        out = np.zeros(len(range(0, len(root), FINE)))
+        at = using[::FINE]
         for number in np.unique(at):
             rows = np.flatnonzero(at == number)
-            frames = rows * STEP
-            part = (root[frames], rotations[frames])
-            points, radii = bone_points(*part)
+            frames = rows * FINE
+            points, radii = bone_points(root[frames], rotations[frames], rest)
             tree = self.surface[0] if number < 0 else self._without(int(number))
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
-            out[rows] = np.maximum(radii - gap, 0).max(1)
+            # The surfaces of a thing are far from a bone in the middle of it.
+            inside = self.solids.depth(points)[0]
+            out[rows] = np.maximum(np.maximum(radii - gap, 0), np.where(inside > 0, inside + radii, 0)).max(1)
         return out
 
     def route(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
@@ -241,8 +257,17 @@ def _tree(points: np.ndarray) -> cKDTree:
     return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
-def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points on the bones (T, P, 3) and the radius of the flesh around each (P,)."""
-    joints, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
+def bone_points(
+    root: np.ndarray, rotations: np.ndarray, rest: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points on the bones (T, P, 3) and the radius of the flesh around each (P,). rest: of the joints."""
+    rest = skeleton.default_rest_joints() if rest is None else rest
+    joints, _ = skeleton.forward_kinematics(root, rotations, rest)
     points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
-    return np.stack(points, 1), np.repeat(RADII, len(SHARES))
+    ends = [
+        joints[:, a] + share * (joints[:, b] - joints[:, a])
+        for (a, b), more in BEYOND.items()
+        for share in more
+    ]
+    radii = np.concatenate([np.repeat(RADII, len(SHARES)), np.full(len(ends), ENDS)])
+    return np.stack([*points, *ends], 1), radii

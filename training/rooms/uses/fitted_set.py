@@ -22,7 +22,7 @@ MATCHED = [skeleton.INDEX[name] for name in (
     "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "head")]  # fmt: skip
 ALIKE = 0.12  # distance of the quaternions of MATCHED, below which a bank frame is the source
 GAP = 120  # frames without a match that are filled from both sides
-RISEN = 0.93  # share of the standing height at which standing up ends
+RISEN = 0.975  # share of the standing height at which standing up ends
 FAST = 2.2  # captured frames per frame, at most
 SEATED_LABELS = ("sit", "lie")
 
