@@ -1,6 +1,9 @@
 """Depth of sits on held-out furniture before and after refining, in one table.
 
-python -m samp_blender.benchmarks.thin_seats --furniture FOLDER [--takes 1] [--categories chair stool bench]
+python -m samp_blender.benchmarks.thin_seats --furniture FOLDER [--takes 1] [--categories chair stool bench] [--check 4]
+
+On the pieces that choices may look at; --pieces final takes those that are kept for final tables. --check compares the
+depths of some frames with those by winding numbers (brute_force.py).
 """
 
 from __future__ import annotations
@@ -13,14 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
+from ..samp_addon.body import human
 from ..samp_addon.errors import SampError
-from ..samp_addon.evaluation import collision
+from ..samp_addon.evaluation import collision, metrics
 from ..samp_addon.pipeline import driver
 from ..samp_addon.pipeline.driver import Work
 from ..samp_addon.pipeline.job import Job
 from ..samp_addon.refine.refinement import Settings, Surroundings, refine
 from ..tests.support import rooms
 from ..training.evaluation.takes import held_out_seats, view_of
+from . import brute_force
 
 
 def deepest(motion, around: Surroundings, floor: float) -> np.ndarray:
@@ -29,16 +34,34 @@ def deepest(motion, around: Surroundings, floor: float) -> np.ndarray:
     return np.maximum(solid, collision.surface_depth(motion, around.obstacles, floor))
 
 
+def disagreement(motion, around: Surroundings, floor: float, count: int) -> float:
+    """Return the largest difference, cm, of the surface's depth in the body to that by winding numbers, in some of the
+    deepest frames and as many others."""
+    order = np.argsort(collision.surface_depth(motion, around.obstacles, floor))
+    rows = np.unique([*order[-count:], *order[:: max(1, len(order) // count)][:count]])
+    worst = 0.0
+    for row in rows:
+        single = motion.pose_slice(np.array([row]))
+        skin = human.skin(human.load(), single)[0].astype(np.float64)
+        reported = collision.surface_depth(single, around.obstacles, floor)[0]
+        worst = max(worst, abs(reported - brute_force.depth(skin, around.triangles, floor)))
+    return 100 * worst
+
+
 def main() -> int:
     """Print a line for each take and the sums; the exit status is 1 where refined takes are too deep."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--furniture", type=Path, required=True)
     parser.add_argument("--takes", type=int, default=1)
     parser.add_argument("--categories", nargs="+", default=["chair", "stool", "bench", "armchair"])
+    parser.add_argument("--pieces", choices=["tuning", "final", "all"], default="tuning")
+    parser.add_argument("--check", type=int, default=0, help="frames of each take that are computed again")
     parser.add_argument("--names", nargs="*", help="only these pieces")
     parser.add_argument("--thin", type=float, default=1.0, help="weight of the energy of thin things")
     options = parser.parse_args()
-    pieces = [p for p in held_out_seats(options.furniture) if p.category in options.categories]
+    pieces = [
+        p for p in held_out_seats(options.furniture, part=options.pieces) if p.category in options.categories
+    ]
     both = [[], []]
     for number, piece in enumerate(pieces):
         if options.names and piece.name not in options.names:
@@ -64,10 +87,12 @@ def main() -> int:
                 f"> 2 cm {100 * (d > 2).mean():.0f} %, > 5 cm {100 * (d > 5).mean():.0f} %, max {d.max():.1f} cm"
                 for d in depths
             )
-            print(
-                f"{piece.name} {take.seed}: {shown}; {seconds:.1f} s for {take.motion.seconds:.1f} s",
-                flush=True,
-            )
+            off = [metrics.position_error(motion, take.goal) for motion in (take.motion, made.motion)]
+            line = f"{piece.name} {take.seed}: {shown}; PE {off[0]:.1f}, {off[1]:.1f} cm; "
+            if options.check:
+                worst = disagreement(made.motion, around, take.floor, options.check)
+                line += f"off winding numbers by {worst:.2f} cm; "
+            print(f"{line}{seconds:.1f} s for {take.motion.seconds:.1f} s", flush=True)
     if not both[0]:
         return 1
     sums = [np.concatenate(depths) for depths in both]

@@ -84,6 +84,7 @@ class Planner:
             style=self.step.style,
             after=None if before is None else before.motion,
             remarks=remarks,
+            ground=self.mesh.heights_at,
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,7 +19,8 @@ class Request:
     from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
     seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the
     noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it the character stands at
-    the start. remarks: sentences for the artist about what was asked for and is not done exactly.
+    the start. remarks: sentences for the artist about what was asked for and is not done exactly. ground: returns
+    the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground.
     """
 
     start_position: np.ndarray
@@ -33,3 +35,4 @@ class Request:
     style: float = 0.1
     after: Motion | None = None
     remarks: tuple[str, ...] = ()
+    ground: Callable[[np.ndarray], np.ndarray] | None = None

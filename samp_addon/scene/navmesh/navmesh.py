@@ -102,6 +102,11 @@ class NavMesh:
         """Walkable area in the ground plane, square metres."""
         return len(self.walkable) * self.ground.grid.cell**2
 
+    def heights_at(self, points: np.ndarray) -> np.ndarray:
+        """Return the heights (N,) of the ground that is nearest in height to points (N, 3), NaN where there is none."""
+        places = self.ground.at(points)
+        return np.where(places >= 0, self.ground.places.height[places], np.nan)
+
     def island_of(self, places: np.ndarray) -> np.ndarray:
         """Return the connected part (...) of walkable places (...)."""
         return self.islands[self.pieces.owner[places]]

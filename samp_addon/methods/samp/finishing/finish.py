@@ -15,6 +15,7 @@ from ..route import Route
 from .raised_back import raise_trunk
 from .resting import RestingTop
 from .seat_edge import SeatFront
+from .terrain import Ground, follow
 
 LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining error is removed
 SMOOTHING = 1.5  # frames at 30 fps
@@ -39,11 +40,12 @@ def finish(
     action: str,
     front: SeatFront | None = None,
     top: RestingTop | None = None,
+    ground: Ground | None = None,
 ) -> Motion:
     """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
     travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
-    final place of the pelvis. top: of the object that the body rests on.
+    final place of the pelvis. top: of the object that the body rests on. ground: under the feet.
     """
     motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
@@ -55,7 +57,8 @@ def finish(
         motion = top.cleared(motion, route.goals[-1])
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
-    return replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
+    motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
+    return follow(motion, heights, ground)
 
 
 def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:

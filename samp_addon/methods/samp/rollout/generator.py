@@ -130,4 +130,7 @@ def _finished(take: PlannedTake, recorded: dict[str, np.ndarray], done: bool) ->
             f"The character got stuck {left:.1f} m from the goal; try another seed, another goal or another start."
         )
     motion = _motion(recorded)
-    return finish.finish(motion, take.route, recorded["travelled"], take.request.action, take.front, take.top)
+    request = take.request
+    return finish.finish(
+        motion, take.route, recorded["travelled"], request.action, take.front, take.top, request.ground
+    )
