@@ -15,6 +15,7 @@ OPERATORS = (
     "sit_here",
     "lie_here",
     "walk_here",
+    "improvise",
     "voxelise",
     "sample_goals",
     "build_navmesh",

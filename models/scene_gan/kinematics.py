@@ -7,6 +7,10 @@ from torch.nn import functional
 
 JOINTS = 22
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
+LEVELS = (
+    (1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12, 13, 14), (15, 16, 17), (18, 19), (20, 21),
+)  # fmt: skip
+"""Joints by their depth in the hierarchy, without the pelvis."""
 LIMIT = 2.0
 """Largest magnitude of a generated 6-D number relative to the initial pose: from -1 to 1."""
 
@@ -41,11 +45,16 @@ def joint_positions(rotations: torch.Tensor, rest: torch.Tensor) -> torch.Tensor
     rotations: (..., 22, 3, 3) relative to the parent; the pelvis' in the view frame. rest: (..., 22, 3) rest joints,
     broadcast over the leading dimensions.
     """
-    turned: list[torch.Tensor] = [rotations[..., 0, :, :]]
-    places: list[torch.Tensor] = [torch.zeros_like(rotations[..., 0, :, 0])]
-    for joint in range(1, JOINTS):
-        parent = PARENTS[joint]
-        bone = (rest[..., joint, :] - rest[..., parent, :])[..., None]
-        places.append(places[parent] + (turned[parent] @ bone)[..., 0])
-        turned.append(turned[parent] @ rotations[..., joint, :, :])
-    return torch.stack(places, dim=-2)
+    order = [0, *(joint for level in LEVELS for joint in level)]
+    turned, places = [rotations[..., :1, :, :]], [torch.zeros_like(rotations[..., :1, :, 0])]
+    bones = rest[..., 1:, :] - rest[..., list(PARENTS[1:]), :]
+    before = [0]
+    for level in LEVELS:
+        # All joints of the same depth at once: few operations, which matters on a GPU.
+        at = [before.index(PARENTS[joint]) for joint in level]
+        parents = turned[-1][..., at, :, :]
+        bone = bones[..., [joint - 1 for joint in level], :, None]
+        places.append(places[-1][..., at, :] + (parents @ bone)[..., 0])
+        turned.append(parents @ rotations[..., list(level), :, :])
+        before = list(level)
+    return torch.cat(places, dim=-2)[..., [order.index(joint) for joint in range(JOINTS)], :]

@@ -17,7 +17,8 @@ from .projection import Motions
 from .scene_encoder import SceneEncoder
 from .start import Start
 
-NAME = "scene_gan"
+NAME, HEIGHT_NAME = "scene_gan", "scene_gan_height"
+"""Of the weights of networks that see pictures, and of those that see height maps."""
 VIEWS = ("colour", "geometry", "height")
 STANDING = 16
 """Poses of standing people that are kept with the networks; takes begin in one of them."""
@@ -94,20 +95,28 @@ class SceneGan(nn.Module):
 
 def save(networks: SceneGan, folder: Path | None = None) -> Path:
     """Write the weights and, beside them, the settings; return the weights' path."""
-    path = weights.save_weights(NAME, networks.state_dict(), folder)
+    name = HEIGHT_NAME if networks.settings.view == "height" else NAME
+    path = weights.save_weights(name, networks.state_dict(), folder)
     path.with_suffix(".json").write_text(json.dumps(asdict(networks.settings), indent=1) + "\n")
     return path
 
 
-def load(folder: Path | None = None) -> SceneGan:
-    """Return trained networks in evaluation mode. Raises WeightsError for missing or damaged files."""
-    tensors = weights.load_weights(NAME, folder)
-    path = weights.weights_path(NAME, folder)
+def load(folder: Path | None = None, name: str = "") -> SceneGan:
+    """Return trained networks in evaluation mode.
+
+    name: of the weights; empty for those that see pictures, or height maps where there are no others. Raises
+    WeightsError for missing or damaged files.
+    """
+    if not name:
+        there = [known for known in (NAME, HEIGHT_NAME) if weights.weights_path(known, folder).exists()]
+        name = there[0] if there else NAME
+    tensors = weights.load_weights(name, folder)
+    path = weights.weights_path(name, folder)
     try:
         settings = Settings(**json.loads(path.with_suffix(".json").read_text()))
     except (OSError, ValueError, TypeError) as error:
         raise weights.WeightsError(f"The settings of '{path.name}' are missing or damaged.") from error
     made = SceneGan(settings)
-    weights.fill(made, {name: value.float() if value.is_floating_point() else value for name, value in tensors.items()},
-                 path)  # fmt: skip
+    full = {key: value.float() if value.is_floating_point() else value for key, value in tensors.items()}
+    weights.fill(made, full, path)
     return made.eval()

@@ -20,7 +20,8 @@ BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run
 
 def button_label(settings: bpy.types.PropertyGroup) -> str:
     """Return the label of the generate button."""
-    return BUTTON_LABELS[settings.action]
+    method = registry.find(settings.method)
+    return BUTTON_LABELS[settings.action] if method.actions else method.label
 
 
 def why_not(context: bpy.types.Context) -> str:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import bpy
 
+from . import method_options
+
 ENTRIES = (
-    ("sit_here", "lie_here", "walk_here"),
+    ("sit_here", "lie_here", "walk_here", "improvise"),
     ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "set_start"),
     ("refine", "set_cushion", "measure"),
     ("create_character", "bake", "export_take", "carry_to_rig"),
 )
+METHODS = {"improvise": "scene_gan"}
+"""Operators that are there only with the method of this name."""
 
 
 class SAMP_MT_menu(bpy.types.Menu):
@@ -24,6 +28,8 @@ class SAMP_MT_menu(bpy.types.Menu):
             if number:
                 self.layout.separator()
             for name in names:
+                if name in METHODS and not method_options.offered(METHODS[name]):
+                    continue
                 if name == "export_take":
                     self.layout.operator_menu_enum("samp.export_take", "kind")
                 else:

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
 _items: list[tuple[str, str, str]] = []
 
 
+def offered(name: str) -> bool:
+    """Return whether there is a method of this name."""
+    return name in registry.METHODS
+
+
 def items(settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> list[tuple[str, str, str]]:
     """Return the methods for an EnumProperty, the default one first."""
     names = sorted(registry.METHODS, key=lambda name: name != registry.DEFAULT)

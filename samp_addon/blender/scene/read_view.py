@@ -16,6 +16,7 @@ from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
+from ..render import camera_picture
 from . import pieces, read_scene
 
 Place = tuple[np.ndarray, float | None]
@@ -50,6 +51,9 @@ def read_view(
         found["destination"] = place(step.to)
     if "start" in needs:
         found["start"] = start
+    camera = step.settings.get("camera") or ""
+    if "camera" in needs and (camera or context.scene.camera is not None):
+        found["camera"] = camera_picture.take(context, camera, geometry)
     if first and "via" in needs:
         found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
     return SceneView(geometry, **found)

@@ -12,32 +12,33 @@ from ...errors import SampError
 if TYPE_CHECKING:
     from ....models.scene_gan.networks import SceneGan
 
-NAME = "scene_gan"
+PICTURE, HEIGHT = "scene_gan", "scene_gan_height"
+"""Names of the weights of networks that see a picture, and of those that see a bird's-eye height map."""
 FOLDER = Path(__file__).resolve().parents[3] / "models" / "weights"
 
 
-def installed(folder: Path | None = None) -> bool:
-    """Return whether the weights are there. Imports no torch."""
-    return ((folder or FOLDER) / f"{NAME}.safetensors").exists()
+def installed(folder: Path | None = None, name: str = PICTURE) -> bool:
+    """Return whether the weights of this name are there. Imports no torch."""
+    return ((folder or FOLDER) / f"{name}.safetensors").exists()
 
 
-def trained(folder: Path | None = None) -> SceneGan:
+def trained(folder: Path | None = None, name: str = PICTURE) -> SceneGan:
     """Return the trained networks; shared, do not modify. Raises SampError for missing or damaged weights."""
     dependencies.load_torch()
     from ....models import weights
 
     try:
-        return _networks(folder, weights.file_version(NAME, folder))
+        return _networks(folder, name, weights.file_version(name, folder))
     except weights.WeightsError as error:
         raise SampError(str(error)) from error
 
 
-@functools.lru_cache(maxsize=2)
-def _networks(folder: Path | None, version: tuple[str, int, str]) -> SceneGan:
+@functools.lru_cache(maxsize=4)
+def _networks(folder: Path | None, name: str, version: tuple[str, int, str]) -> SceneGan:
     """version: of the file, which only has to differ between contents."""
     import torch
 
     from ....models.scene_gan import networks
 
     with torch.inference_mode(False):
-        return networks.load(folder)
+        return networks.load(folder, name)

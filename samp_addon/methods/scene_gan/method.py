@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import PathError, SampError, UsageError
 from ..method import Draw, Option
-from .load_networks import installed, trained
+from .load_networks import HEIGHT, PICTURE, installed, trained
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,7 +50,7 @@ class SceneGanMethod:
 
     def installed(self) -> bool:
         """Return whether the trained weights are there."""
-        return self._networks is not None or installed()
+        return self._networks is not None or installed() or installed(name=HEIGHT)
 
     def check(self, step: Step) -> None:
         """Raise UsageError for a target or a place: nothing leads there."""
@@ -61,7 +61,7 @@ class SceneGanMethod:
 
     def load(self) -> None:
         """Load the networks."""
-        self._tools()
+        self._tools(installed())
 
     def generate(
         self, step: Step, scene: SceneView, draws: Sequence[Draw], progress: Progress
@@ -75,7 +75,7 @@ class SceneGanMethod:
         clock = Clock()
         progress("Loading", 0.0)
         with clock.stage("load"):
-            networks = self._tools()
+            networks = self._tools(scene.camera is not None)
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
             try:
@@ -91,8 +91,18 @@ class SceneGanMethod:
                 failures.append(Failure(draw.seed, str(error)))
         return takes, failures
 
-    def _tools(self) -> SceneGan:
-        return self._networks or trained()
+    def _tools(self, picture: bool) -> SceneGan:
+        """Return the networks for a scene with or without a camera's picture.
+
+        Raise SampError where there are none for it.
+        """
+        if self._networks is not None:
+            return self._networks
+        if not installed(name=HEIGHT):
+            if not picture:
+                raise SampError("The scene has no active camera; add one that sees the room, or name one.")
+            return trained()
+        return trained(name=PICTURE if picture and installed() else HEIGHT)
 
 
 def _navmesh(scene: SceneView) -> NavMesh:

@@ -37,7 +37,7 @@ def pictures(data: store.RoomData, count: int, rng: np.random.Generator) -> dict
     3) int8. classes (P, 144, 256) uint8. intrinsics (P, 3, 3), extrinsics (P, 4, 4) float32. episode, frame (P,).
     """
     seen = tracer.Tracer(data.room)
-    free = _free(data, rng)
+    free = free_places(data, rng)
     out: dict[str, list] = {name: [] for name in ("colour", "depth", "normal", "classes", "intrinsics", "extrinsics",
                                                    "episode", "frame")}  # fmt: skip
     starts = _starts(data, 3 * count, rng)
@@ -83,7 +83,7 @@ def _body(data: store.RoomData, episode: int, motion: Motion) -> tuple[tracer.Bo
     return tracer.Body(skin, triangles, paint), skin[::40]
 
 
-def _free(data: store.RoomData, rng: np.random.Generator) -> np.ndarray:
+def free_places(data: store.RoomData, rng: np.random.Generator) -> np.ndarray:
     """Places (M, 2) over which a camera can be: nothing between knee and head stands there."""
     room = data.room
     points = np.array(data.array("cloud", "points"))

@@ -12,7 +12,7 @@ import torch
 from ....models.scene_gan import height_map, kinematics, scene_encoder
 from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.start import Start
-from .units import HEIGHT_CELL, HEIGHT_UNIT, NOTHING, ROOT_UNIT
+from .units import HEIGHT_CELL, HEIGHT_UNIT, IDLE, NOTHING, ROOT_UNIT
 
 _MIRRORED = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20)
 SMALL = (
@@ -106,7 +106,7 @@ class Dataset:
         """Return the labels (B, 65) of windows' frames."""
         return self.small["labels"][self.small["pairs"][pairs, 1].long()][:, 1:]
 
-    def standing(self, count: int, label: int = 0) -> torch.Tensor:
+    def standing(self, count: int, label: int = IDLE) -> torch.Tensor:
         """Return rotations (count, 22, 6) of people who stand still, turned to face +Z.
 
         label: of standing. The slowest and most upright starts are taken, of different bodies where there are many.

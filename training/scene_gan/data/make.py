@@ -2,8 +2,9 @@
 
 python -m samp_blender.training.scene_gan.data.make --corpus cache/rooms --output cache/scene_gan
 
-One folder for each split: arrays as .npy files that are memory-mapped, and what.json. Rooms that have no pictures yet
-are left out, so that a corpus in the making can be used.
+One folder for each split: arrays as .npy files that are memory-mapped, and what.json. Each room is kept as it is made,
+so that a second run only adds the rooms that a growing corpus has got. --no-colour omits the pictures' colours, which
+take most of the time: the views "geometry" and "height" do not need them.
 """
 
 from __future__ import annotations
@@ -16,46 +17,49 @@ from pathlib import Path
 import numpy as np
 
 from ...rooms.corpus import store
+from ...rooms.make import split_of
 from . import heights, room_pictures, room_windows
 from .units import ROOT_UNIT
 
 WINDOWS = 250  # of a room, at random
+PICTURES = 50  # of a room
 PAIRS = 12  # windows of a picture
-PER_PICTURE = ("colour", "depth", "classes", "lens", "extrinsics")
 PER_WINDOW = ("root", "rotations", "labels")
+SIZES = (("depth", "pictures"), ("root", "windows"), ("pairs", "pairs"))
 
 
 def of_room(
-    data: store.RoomData, windows: int, pairs: int, rng: np.random.Generator
+    data: store.RoomData, counts: tuple[int, int, int], colour: bool, rng: np.random.Generator
 ) -> dict[str, np.ndarray] | None:
-    """Return a room's arrays, indices counted within the room; None where no window is in view of a picture."""
-    pictures = room_pictures.of_room(data)
-    if "colour" not in pictures:
+    """Return a room's arrays, indices counted within the room; None where no window is in view of a camera.
+
+    counts: of windows, pictures, and windows of each picture.
+    """
+    chosen = room_windows.of_room(data, counts[0], rng)
+    if not len(chosen["frame"]):
         return None
-    wanted = np.column_stack([pictures["episode"], pictures["frame"]])
-    chosen = room_windows.of_room(data, windows, rng, wanted)
     motion = room_windows.motion(data, chosen)
     joints = room_windows.first_joints(motion, chosen["episode"])
-    rows = []
-    for number in range(len(pictures["colour"])):
-        lens = pictures["lens"][number]
-        camera = room_pictures.camera_of(np.eye(3) * lens[0], pictures["extrinsics"][number], 1)
-        seen = np.flatnonzero(room_windows.in_view(joints, camera, pictures["depth"][number]))
-        rows += [(number, window) for window in np.sort(rng.permutation(seen)[:pairs])]
-    if not rows:
+    pictures, cameras, starts = room_pictures.of_room(data, joints, counts[1], rng, colour)
+    if not cameras:
         return None
+    rows = []
+    for number, (camera, start) in enumerate(zip(cameras, starts, strict=True)):
+        seen = np.flatnonzero(room_windows.in_view(joints, camera, pictures["depth"][number]))
+        others = rng.permutation(seen[seen != start])[: counts[2] - 1]
+        rows += [(number, window) for window in (start, *others)]
     # Only windows that are used are kept.
     table = np.array(rows, np.int32)
     used, table[:, 1] = np.unique(table[:, 1], return_inverse=True)
-    heights_of, corner = heights.grid(data.room.triangles)
+    grid, corner = heights.grid(data.room.triangles)
     return {
-        **{name: pictures[name] for name in PER_PICTURE},
+        **pictures,
         **{name: motion[name][used] for name in PER_WINDOW},
         "root": np.round(motion["root"][used] / ROOT_UNIT).astype(np.int16),
         "body": chosen["episode"][used].astype(np.int32),
         "rest": motion["rest"],
         "pairs": table,
-        "heights": heights_of[None],
+        "heights": grid[None],
         "corners": corner[None].astype(np.float32),
     }
 
@@ -68,13 +72,13 @@ def joined(rooms: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
         if name not in ("pairs", "body")
     }
     counts = lambda name: np.cumsum([0, *(len(room[name]) for room in rooms)])[:-1]
-    pictures, windows, bodies = counts("colour"), counts("root"), counts("rest")
+    pictures, windows, bodies = counts("depth"), counts("root"), counts("rest")
     out["pairs"] = np.concatenate(
         [r["pairs"] + [p, w] for r, p, w in zip(rooms, pictures, windows, strict=True)]
     )
     out["pairs"] = out["pairs"].astype(np.int32)
     out["body"] = np.concatenate([r["body"] + b for r, b in zip(rooms, bodies, strict=True)]).astype(np.int32)
-    out["room_of_picture"] = np.repeat(np.arange(len(rooms)), [len(r["colour"]) for r in rooms]).astype(
+    out["room_of_picture"] = np.repeat(np.arange(len(rooms)), [len(r["depth"]) for r in rooms]).astype(
         np.int32
     )
     return out
@@ -85,7 +89,7 @@ def write(folder: Path, arrays: dict[str, np.ndarray], notes: dict) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, values in arrays.items():
         np.save(folder / f"{name}.npy", values)
-    counts = {name: len(arrays[name]) for name in ("colour", "root", "pairs", "heights") if name in arrays}
+    counts = {name: len(arrays[name]) for name in ("depth", "root", "pairs", "heights") if name in arrays}
     store.write_json(folder / "what.json", notes | {"counts": counts})
 
 
@@ -94,29 +98,45 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--corpus", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--windows", type=int, default=WINDOWS, help="of a room")
+    parser.add_argument("--pictures", type=int, default=PICTURES, help="of a room")
     parser.add_argument("--pairs", type=int, default=PAIRS, help="windows of a picture")
+    parser.add_argument("--no-colour", action="store_true")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
-    began, found = time.time(), {name: [] for name in store.SPLITS}
-    numbers: dict[str, list[int]] = {name: [] for name in store.SPLITS}
-    from ...rooms.make import split_of
-
+    began = time.time()
+    counts = (options.windows, options.pictures, options.pairs)
+    kept = options.output / "rooms"
+    kept.mkdir(parents=True, exist_ok=True)
     for folder in sorted((options.corpus / "rooms").iterdir()):
-        if not all(store.has_stage(folder, stage) for stage in ("motion", "pictures")):
+        path = kept / f"{folder.name}.npz"
+        if path.exists() or not all(store.has_stage(folder, stage) for stage in ("cloud", "motion")):
             continue
-        number = int(folder.name)
-        rng = np.random.default_rng([options.seed, number])
-        room = of_room(store.RoomData(folder), options.windows, options.pairs, rng)
+        rng = np.random.default_rng([options.seed, int(folder.name)])
+        room = of_room(store.RoomData(folder), counts, not options.no_colour, rng)
+        part = path.with_suffix(".part")
+        with part.open("wb") as file:
+            np.savez(file, **(room or {}))
+        part.replace(path)
         if room is not None:
-            found[split_of(number)].append(room)
-            numbers[split_of(number)].append(number)
-            print(f"room {number}: {len(room['colour'])} pictures, {len(room['root'])} windows, "
-                  f"{len(room['pairs'])} pairs, {time.time() - began:.0f} s", flush=True)  # fmt: skip
+            sizes = ", ".join(f"{len(room[name])} {word}" for name, word in SIZES)
+            print(f"room {folder.name}: {sizes}, {time.time() - began:.0f} s", flush=True)
+    write_splits(kept, options.output, options.seed)
+    return 0
+
+
+def write_splits(kept: Path, output: Path, seed: int) -> None:
+    """Write both splits from the rooms that were kept."""
+    found: dict[str, list[dict[str, np.ndarray]]] = {name: [] for name in store.SPLITS}
+    numbers: dict[str, list[int]] = {name: [] for name in store.SPLITS}
+    for path in sorted(kept.glob("*.npz")):
+        with np.load(path) as data:
+            if data.files:
+                found[split_of(int(path.stem))].append({name: data[name] for name in data.files})
+                numbers[split_of(int(path.stem))].append(int(path.stem))
     for split, rooms in found.items():
         if rooms:
-            write(options.output / split, joined(rooms), {"rooms": numbers[split], "seed": options.seed})
-            print(split, json.loads((options.output / split / "what.json").read_text())["counts"])
-    return 0
+            write(output / split, joined(rooms), {"rooms": numbers[split], "seed": seed})
+            print(split, json.loads((output / split / "what.json").read_text())["counts"])
 
 
 if __name__ == "__main__":

@@ -155,7 +155,7 @@ def unpack(path: Path, threads: int = 4) -> dict[str, np.ndarray]:
 
 def thinned(arrays: dict[str, np.ndarray], share: float, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Return a random share of the pictures, with their pairs and the windows of these."""
-    count = len(arrays["colour"])
+    count = len(arrays["depth"])
     pictures = np.sort(rng.permutation(count)[: max(round(share * count), 1)])
     place = np.full(count, -1)
     place[pictures] = np.arange(len(pictures))

@@ -1,41 +1,23 @@
-"""A room's pictures without the person: exact maps by tracing the room again, colours filled from around."""
+"""Pictures of a room without people, from cameras that see somebody's start: colours by the corpus' renderer, depth."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
+from ....samp_addon.scene.camera_view import SIZE
 from ...rooms.classes import PERSON
+from ...rooms.corpus import views
 from ...rooms.corpus.store import RoomData
+from ...rooms.pictures import camera as cameras
+from ...rooms.pictures import paints, shading
 from ...rooms.pictures.camera import Camera
 from ...rooms.pictures.tracer import Tracer
+from .room_windows import in_view
 
-SIZE = (128, 72)  # width and height
-GROWN = 3  # pixels by which the removed outline of a person is larger than the person: shadows touch it
 FARTHEST = 60.0  # metres of depth that are kept; farther, and beyond windows, is 0
-
-
-def camera_of(intrinsics: np.ndarray, extrinsics: np.ndarray, width: int) -> Camera:
-    """Return the camera of a corpus picture that is ``width`` pixels wide."""
-    turn, shift = extrinsics[:3, :3].astype(np.float64), extrinsics[:3, 3].astype(np.float64)
-    axes = turn * np.array([[1.0], [-1.0], [-1.0]])
-    return Camera(-turn.T @ shift, axes, 2 * np.arctan(width / 2 / float(intrinsics[0, 0])))
-
-
-def cleaned(colour: np.ndarray, person: np.ndarray) -> np.ndarray:
-    """Return a picture (H, W, 3) uint8 whose marked pixels (H, W) have the colour of the nearest other one."""
-    hidden = ndimage.binary_dilation(person, iterations=GROWN) if person.any() else person
-    if hidden.all() or not hidden.any():
-        return colour
-    rows, columns = ndimage.distance_transform_edt(hidden, return_distances=False, return_indices=True)
-    return colour[rows, columns]
-
-
-def smaller(colour: np.ndarray, size: tuple[int, int] = SIZE) -> np.ndarray:
-    """Return a picture (H, W, 3) uint8 reduced by a whole number to a size (width, height)."""
-    factor = colour.shape[1] // size[0]
-    blocks = colour.reshape(size[1], factor, size[0], factor, 3).mean((1, 3))
-    return np.round(blocks).astype(np.uint8)
+TRIES = 8  # cameras for one start
+NEAR_EYE, NEAR_SHARE = 0.35, 0.15
+"""Cameras with more than this share of the picture nearer than this (metres) are behind something."""
 
 
 def maps(tracer: Tracer, camera: Camera, size: tuple[int, int] = SIZE) -> dict[str, np.ndarray]:
@@ -51,28 +33,56 @@ def maps(tracer: Tracer, camera: Camera, size: tuple[int, int] = SIZE) -> dict[s
     }
 
 
-def of_room(data: RoomData, size: tuple[int, int] = SIZE) -> dict[str, np.ndarray]:
-    """Return the arrays of all pictures of a room: colour, depth, classes, lens (P, 3), extrinsics (P, 4, 4),
-    and episode and frame (P,) of the person who was in each."""
-    made: dict[str, list[np.ndarray]] = {name: [] for name in ("colour", "depth", "classes", "lens")}
-    tracer = Tracer(data.room)
-    frame = np.array(data.array("pictures", "frame"))
-    for number in range(len(frame)):
-        colour = np.array(data.array("pictures", "colour")[number])
-        person = np.array(data.array("pictures", "classes")[number]) == PERSON
-        intrinsics = np.array(data.array("pictures", "intrinsics")[number], np.float64)
-        width = colour.shape[1]
-        camera = camera_of(intrinsics, np.array(data.array("pictures", "extrinsics")[number]), width)
-        made["colour"].append(smaller(cleaned(colour, person), size))
-        for name, values in maps(tracer, camera, size).items():
-            made[name].append(values)
-        made["lens"].append(np.array([intrinsics[0, 0], intrinsics[0, 2], intrinsics[1, 2]]) / width)
-    out = {name: np.stack(values) for name, values in made.items() if values}
-    if "lens" in out:
-        out["lens"] = out["lens"].astype(np.float32)
-    extrinsics = np.array(data.array("pictures", "extrinsics"), np.float32) if len(frame) else None
-    return out | {
-        "extrinsics": extrinsics,
-        "episode": np.array(data.array("pictures", "episode")),
-        "frame": frame,
+def of_room(
+    data: RoomData, joints: np.ndarray, count: int, rng: np.random.Generator, colour: bool
+) -> tuple[dict[str, np.ndarray], list[Camera], np.ndarray]:
+    """Return ``count`` pictures or fewer, their cameras, and the starts (P,) they were chosen for.
+
+    joints: (W, 22, 3) of the starts. Arrays: depth, classes, lens (P, 3), extrinsics (P, 4, 4), and colour (P, H, W,
+    3), with paints and light of each picture's own, if it is wanted.
+    """
+    tracer, free = Tracer(data.room), views.free_places(data, rng)
+    made: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("colour", "depth", "classes", "lens", "extrinsics")
     }
+    chosen, starts = [], []
+    for start in rng.choice(len(joints), 2 * count):
+        if len(chosen) == count:
+            break
+        found = _camera(data, tracer, joints[start], free, rng)
+        if found is None:
+            continue
+        camera, seen = found
+        chosen.append(camera)
+        starts.append(int(start))
+        made["depth"].append(seen["depth"])
+        made["classes"].append(seen["classes"])
+        lens = camera.intrinsics(SIZE)
+        made["lens"].append(np.array([lens[0, 0], lens[0, 2], lens[1, 2]]) / SIZE[0])
+        made["extrinsics"].append(camera.extrinsics())
+        if colour:
+            room = data.room
+            picture = shading.picture(
+                tracer, camera, paints.draw(room, rng), paints.light(room, rng), None, rng, SIZE
+            )
+            made["colour"].append(picture.colour)
+    out = {name: np.stack(values) for name, values in made.items() if values}
+    for name in ("lens", "extrinsics"):
+        if name in out:
+            out[name] = out[name].astype(np.float32)
+    return out, chosen, np.array(starts, int)
+
+
+def _camera(
+    data: RoomData, tracer: Tracer, joints: np.ndarray, free: np.ndarray, rng: np.random.Generator
+) -> tuple[Camera, dict[str, np.ndarray]] | None:
+    """Return a camera that sees a body (22, 3) and what it sees of the empty room; None if none was found."""
+    for _ in range(TRIES):
+        found = cameras.draw(data.room, joints, free, rng)
+        if found is None:
+            return None
+        seen = maps(tracer, found[0])
+        close = (seen["depth"] > 0) & (seen["depth"] < 1000 * NEAR_EYE)
+        if close.mean() < NEAR_SHARE and in_view(joints[None], found[0], seen["depth"])[0]:
+            return found[0], seen
+    return None

@@ -17,22 +17,17 @@ SEEN = 0.6  # share of the joints that are seen at the beginning
 NEAREST, FARTHEST = 1.2, 8.0  # metres between camera and pelvis
 
 
-def of_room(data: RoomData, most: int, rng: np.random.Generator, wanted: np.ndarray) -> dict[str, np.ndarray]:
-    """Return windows of a room's episodes: at most ``most`` at random, and the wanted ones.
+def of_room(data: RoomData, most: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """Return at most ``most`` windows of a room's episodes at random: episode and given frame (W,).
 
-    wanted: (P, 2) episode and frame at which the pictures were made; their windows come first. Arrays: episode, frame
-    (W,) of the given frame. Windows at the very beginning of an episode repeat its first frame.
+    Windows at the very beginning of an episode repeat its first frame.
     """
-    bounds = np.array(data.bounds)
     rows = [
         (episode, frame)
-        for episode, length in enumerate(np.diff(bounds))
+        for episode, length in enumerate(np.diff(np.array(data.bounds)))
         for frame in range(0, int(length) - WINDOW + 1, EVERY)
     ]
-    chosen = [rows[k] for k in np.sort(rng.permutation(len(rows))[:most])]
-    lengths = np.diff(bounds)
-    first = [(int(e), int(f)) for e, f in wanted if f + WINDOW <= lengths[e]]
-    every = np.array([*first, *chosen], np.int32).reshape(-1, 2)
+    every = np.array([rows[k] for k in np.sort(rng.permutation(len(rows))[:most])], np.int32).reshape(-1, 2)
     return {"episode": every[:, 0], "frame": every[:, 1]}
 
 

@@ -6,3 +6,4 @@ ROOT_UNIT = 2e-4  # metres of a step of stored positions
 HEIGHT_UNIT = 0.02  # metres of a step of stored heights
 HEIGHT_CELL = 0.05  # metres
 NOTHING = 255  # height of a cell without a surface
+IDLE = 1  # label of frames in which somebody stands; as of rooms/episodes/bank.py

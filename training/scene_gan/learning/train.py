@@ -13,7 +13,7 @@ import argparse
 import json
 import math
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import torch
@@ -108,7 +108,7 @@ def main(arguments: list[str] | None = None) -> int:
     wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
     if chosen.part in ("trajectory", "pose"):
         kept = {"trajectory": ("trajectory",), "pose": ("pose",)}[chosen.part]
-        wanted = options.replace(wanted, critics=kept)
+        wanted = replace(wanted, critics=kept)
     chosen.work.mkdir(parents=True, exist_ok=True)
     (chosen.work / "options.json").write_text(json.dumps(asdict(wanted), indent=1) + "\n")
     data = dataset.load(chosen.data, chosen.device, resident=chosen.device != "cpu")
@@ -119,7 +119,7 @@ def main(arguments: list[str] | None = None) -> int:
         made.resume(chosen.work / STATE)
         print(f"goes on at step {made.step_number}", flush=True)
     if not wanted.along:
-        made.cache_features()
+        made.cache_features(chosen.work)
     run = Run(made, chosen.work, not chosen.no_sheet)
     print(f"{len(data)} pairs on {chosen.device}, ready after {time.time() - began:.0f} s", flush=True)
     end = began + chosen.seconds - SAVING[torch.device(chosen.device).type]

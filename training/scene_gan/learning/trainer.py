@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import defaultdict
 from pathlib import Path
 
@@ -27,7 +28,7 @@ CLASSES = {
 class Trainer:
     """Networks, critics and optimisers of one training on a data set.
 
-    encoder: tensors of the pretrained encoder, or None. Everything random depends on the options' seed, on the CPU.
+    encoder: tensors of the pretrained encoder, or None. On a CPU everything random depends on the options' seed.
     """
 
     def __init__(
@@ -36,6 +37,8 @@ class Trainer:
         torch.manual_seed(options.seed)
         self.data, self.options = data, options
         self.random = torch.Generator().manual_seed(options.seed)
+        # On a GPU, latents are drawn there: on the CPU they would take as long as the rest of a step.
+        self.latents = self.random if data.device.type == "cpu" else None
         self.networks = SceneGan(options.settings).to(data.device)
         if encoder is not None:
             self.networks.encoder.load_state_dict(encoder)
@@ -56,8 +59,15 @@ class Trainer:
         return CLASSES[name](sizes, self.options.crop) if name == "context" else CLASSES[name](sizes)
 
     @torch.no_grad()
-    def cache_features(self, size: int = 64) -> None:
-        """Compute the scene features (2, N, scene) of all pairs, as they are and mirrored."""
+    def cache_features(self, folder: Path | None = None, size: int = 64) -> None:
+        """Compute the scene features (2, N, scene) of all pairs, as they are and mirrored.
+
+        folder: where they are kept for the next start, by encoder and data set.
+        """
+        path = None if folder is None else folder / f"features_{self._features_key()}.pt"
+        if path is not None and path.exists():
+            self.features = torch.load(path, map_location=self.data.device, weights_only=True)
+            return
         self.networks.eval()
         made = []
         for mirrored in (False, True):
@@ -67,6 +77,16 @@ class Trainer:
                 made.append(self.networks.encoder(self.data.views(self.options.settings.view, batch)).half())
         self.features = torch.cat(made).view(2, len(self.data), -1)
         self.networks.train()
+        if path is not None:
+            torch.save(self.features, path.with_suffix(".part"))
+            path.with_suffix(".part").replace(path)
+
+    def _features_key(self) -> str:
+        """Return what the features depend on, as a short text."""
+        digest = hashlib.sha256(self.data.small["pairs"].cpu().numpy().tobytes())
+        for value in self.networks.encoder.state_dict().values():
+            digest.update(value.cpu().numpy().tobytes())
+        return digest.hexdigest()[:16]
 
     def keep_standing(self) -> None:
         """Store standing poses of the data set with the networks."""
@@ -85,10 +105,10 @@ class Trainer:
         """Return generated windows for a batch, by the part that is trained."""
         if self.options.part == "trajectory":
             start, made = batch.start, self.networks.trajectory
-            velocities = made(made.latent.draw(len(start), self.random), scene, start)
+            velocities = made(made.latent.draw(len(start), self.latents), scene, start)
             return Motions.of(start, velocities, start.six[:, None].expand(-1, 64, -1, -1))
         known = batch.motions.velocities if self.options.part == "pose" else None
-        return self.networks.draw(scene, batch.start, self.random, known)
+        return self.networks.draw(scene, batch.start, self.latents, known)
 
     def _inputs(self, name: str, motions: Motions, batch: Batch) -> torch.Tensor:
         critic = self.critics[name]

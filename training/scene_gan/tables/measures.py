@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from scipy import linalg
 
 from ....models.scene_gan import kinematics
 from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.start import Start
+from ....samp_addon.evaluation.diversity import frechet_distance
 from . import erd
 
 CLIPS = {"short": (2, 4), "mid": (8, 16), "long": (32, 64)}
@@ -18,14 +18,6 @@ THRESHOLDS = (40, 60, 80, 100)  # points of the depth map inside the body
 COUNTED_WIDTH = 256  # pixels; points of narrower maps count as often as they would be in one of this width
 SITTING, MOVING = 0.65, 0.5
 """Height of the pelvis over the floor, of standing, under which a body sits; metres that a walk covers."""
-
-
-def frechet(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the Frechet distance between the Gaussians of features (N, D) and (M, D)."""
-    first, second = np.cov(one, rowvar=False), np.cov(other, rowvar=False)
-    root = linalg.sqrtm(first @ second)
-    shift = ((one.mean(0) - other.mean(0)) ** 2).sum()
-    return float(shift + np.trace(first + second - 2 * np.real(root)))
 
 
 @torch.no_grad()
@@ -41,7 +33,7 @@ def motion_fid(networks: dict[int, erd.Erd], real: torch.Tensor, made: torch.Ten
             cut = lambda x, n=length: x[:, : 64 // n * n].reshape(-1, n, x.shape[-1])
             for network in networks.values():
                 features = [network.features(cut(x)).double().numpy() for x in (real, made)]
-                found.append(frechet(*features))
+                found.append(frechet_distance(*features))
         out[name] = float(np.mean(found))
     out["mean"] = float(np.mean([out[name] for name in CLIPS]))
     return out

@@ -1,0 +1,81 @@
+"""Measures of the paper's tables: Motion FID, cylinders against the depth map's points, behaviour, spread over time."""
+
+import numpy as np
+import pytest
+import scene_gan_data as tiny
+import torch
+from samp_blender.models.scene_gan import kinematics
+from samp_blender.models.scene_gan.projection import Motions
+from samp_blender.training.scene_gan.data import dataset
+from samp_blender.training.scene_gan.tables import erd, make, measures
+
+
+@pytest.fixture(scope="module")
+def batch():
+    data = dataset.Dataset(tiny.arrays())
+    return data.batch(torch.arange(len(data)))
+
+
+def moved(motions, **changes):
+    return Motions(**(vars(motions) | changes))
+
+
+def test_features_do_not_depend_on_the_camera(batch):
+    """Two cameras see the same window at right angles."""
+    seen = erd.frames(batch.motions)
+    assert seen.shape == (2 * tiny.WINDOWS, 64, erd.NUMBERS)
+    torch.testing.assert_close(seen[0::2], seen[1::2], atol=2e-3, rtol=0)
+
+
+def test_fid_is_small_for_the_same_motion_and_grows(batch):
+    torch.manual_seed(0)
+    networks = {16: erd.Erd(8).eval()}
+    real = erd.frames(batch.motions)
+    noisy = real + 0.2 * torch.randn_like(real)
+    same, other = (measures.motion_fid(networks, real, made) for made in (real, noisy))
+    assert set(same) == {"short", "mid", "long", "mean"}
+    assert same["mean"] < 1e-9
+    assert other["mean"] > 1e-5
+
+
+@pytest.mark.parametrize("radius, inside", [(0.03, 1), (0.06, 2)])
+def test_points_inside_the_cylinders(radius, inside):
+    joints = torch.zeros(1, 22, 3)
+    joints[:, 4] = torch.tensor([0.0, 1.0, 0.0])  # a bone from the hip upwards
+    for joint, parent in enumerate(kinematics.PARENTS):
+        if parent >= 4 or joint in (7, 10):
+            joints[:, joint] = joints[:, parent]
+    points = torch.tensor([[0.02, 0.5, 0.0], [0.05, 0.5, 0.0], [0.2, 0.5, 0.0], [1e3, 1e3, 1e3]])
+    assert measures.points_inside(joints, points, radius).tolist() == [inside]
+
+
+def test_shares_of_behaviour(batch):
+    sink = torch.linspace(0, -0.5, 65)[:, None] * torch.tensor([0.0, 1.0, 0.0])
+    still = batch.motions.root[:, :1].expand(-1, 65, -1)
+    walks = measures.behaviour(batch.motions, batch.start)
+    assert (
+        walks["walks"] == 1
+        and walks["sits_down"] == 0
+        and walks["way_m"] == pytest.approx(tiny.WAY, abs=0.01)
+    )
+    assert measures.behaviour(moved(batch.motions, root=still), batch.start)["stays"] == 1
+    assert measures.behaviour(moved(batch.motions, root=still + sink), batch.start)["sits_down"] == 1
+
+
+def test_spread_between_the_same_ends():
+    share = torch.linspace(0, 1, 65)
+    bow = torch.sin(np.pi * share)
+    ways = torch.stack([torch.stack([a * bow, 0 * share, 2 * share], -1) for a in (-0.3, 0.0, 0.3)])
+    found = measures.spread(ways)
+    assert found[0] < 1e-5 and found[-1] < 1e-5 and found[32] == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_table(tmp_path):
+    data = dataset.Dataset(tiny.arrays())
+    rows = np.arange(len(data))
+    real = erd.frames(data.batch(torch.as_tensor(rows)).motions)
+    networks = {16: erd.Erd(4).eval()}
+    row = make.evaluate(data, lambda batch: batch.motions, networks, rows, real, 0)
+    assert row["behaviour"]["walks"] == 1 and set(row["non_collision"]) == {"30 mm", "45 mm", "60 mm"}
+    assert all(low <= rate <= high for rate, low, high in row["non_collision"].values())
+    assert make.text({"captured": row}).count("\n") == 2

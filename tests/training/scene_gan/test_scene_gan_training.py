@@ -1,0 +1,105 @@
+"""Scene GAN training: losses, going on after a stop, pretraining."""
+
+import pytest
+import scene_gan_data as tiny
+import torch
+from samp_blender.training.scene_gan import gpu, pretrain
+from samp_blender.training.scene_gan.data import dataset
+from samp_blender.training.scene_gan.learning import curves, losses, options
+from samp_blender.training.scene_gan.learning.trainer import Trainer
+
+SMALL = {"width": 32, "noise": 4, "pose_noise": 4, "scene": 16, "encoder_width": 8, "batch": 16, "rate": 2e-3}
+
+
+@pytest.fixture(scope="module")
+def data():
+    return dataset.Dataset(tiny.arrays())
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def test_the_penalty_is_zero_at_its_target():
+    steep = lambda slope: lambda x: slope * x[:, 0]
+    real, made, share = torch.randn(4, 3), torch.randn(4, 3), torch.rand(4)
+    assert float(losses.gradient_penalty(steep(losses.TARGET), real, made, share)) == pytest.approx(
+        0, abs=1e-9
+    )
+    assert float(losses.gradient_penalty(steep(1.1), real, made, share)) == pytest.approx(1.0, rel=1e-4)
+
+
+def test_inverse_huber_is_linear_then_quadratic():
+    true, known = torch.zeros(1, 3), torch.tensor([[1.0, 1.0, 0.0]])
+    made = torch.tensor([[0.1, 1.0, 50.0]])
+    expected = (0.1 + (1 + 0.2**2) / 0.4) / 2
+    assert float(losses.inverse_huber(made, true, known)) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("row", ["csgn", "all"])
+def test_a_row_of_the_table_steps_and_goes_on(data, row, tmp_path):
+    wanted = options.row(row, view="height", critic_steps=1, **SMALL | {"batch": 4})
+    one, two = (
+        Trainer(data, wanted),
+        Trainer(data, options.row(row, view="height", seed=5, critic_steps=1, **SMALL)),
+    )
+    one.step()
+    one.save(tmp_path / "state.pt")
+    two.options = wanted
+    two.resume(tmp_path / "state.pt")
+    for each in (one, two):
+        each.cache_features(tmp_path)
+        each.step()
+    assert len(list(tmp_path.glob("features_*.pt"))) == 1
+    assert two.step_number == 2 and set(one.losses()) >= {f"{name}_distance" for name in wanted.critics}
+    for name, value in one.networks.state_dict().items():
+        torch.testing.assert_close(two.networks.state_dict()[name], value, msg=name)
+
+
+def test_pretraining_learns_the_depth(data, tmp_path):
+    made = pretrain.Pretraining(data, options.row("all", **SMALL).settings, ("depth", "normals"))
+    first = made.step(4, 2e-3)["depth"]
+    for _ in range(12):
+        last = made.step(4, 2e-3)["depth"]
+    assert last < 0.7 * first
+    error = made.depth_error(data)
+    assert error["pictures"] == 2 and 0 <= error["delta_1_25"] <= 1
+    made.save(tmp_path)
+    again = pretrain.Pretraining(data, made.settings, made.tasks)
+    again.resume(tmp_path)
+    assert again.step_number == 13
+
+
+def test_curves_are_kept_and_drawn(tmp_path):
+    for step in (1, 2, 3):
+        curves.note(tmp_path / "log.jsonl", step, 0.5 * step, {"a": 1 / step, "b": step})
+    with (tmp_path / "log.jsonl").open("a") as file:
+        file.write('{"step": 4, "a"')
+    rows = curves.read(tmp_path / "log.jsonl")
+    assert [row["step"] for row in rows] == [1, 2, 3]
+    curves.draw(rows, tmp_path / "curves.png")
+    assert (tmp_path / "curves.png").stat().st_size > 500
+
+
+def test_an_archive_in_pieces(tmp_path, monkeypatch):
+    monkeypatch.setattr(gpu, "MOST", 40_000)
+    monkeypatch.setattr(gpu, "PIECES", 40)
+    (tmp_path / "work" / "all").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "work" / "all" / "a.safetensors").write_bytes(bytes(range(256)) * 400)
+    (tmp_path / "work" / "all" / "state.pt").write_bytes(b"left out")
+    parts = gpu.archive(tmp_path / "work", tmp_path / "out")
+    assert len(parts) == 3 and all(part.stat().st_size <= 40_000 for part in parts)
+    gpu.join(tmp_path / "out", tmp_path / "again")
+    assert (tmp_path / "again" / "all" / "a.safetensors").read_bytes() == bytes(range(256)) * 400
+    assert not (tmp_path / "again" / "all" / "state.pt").exists()
+
+
+def test_runs_by_name():
+    assert gpu.parse_run("csgn:width=256,seed=1") == ("csgn", {"width": "256", "seed": "1"})
+    with pytest.raises(Exception, match="no row"):
+        gpu.parse_run("other")
