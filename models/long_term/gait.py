@@ -13,8 +13,8 @@ STRIDE, LIFT = 0.30, 0.10
 """Metres: usual largest distance of the ankles ahead of each other, and in height."""
 
 LEFT_ANKLE, RIGHT_ANKLE = 7, 8
-STRIDE_LENGTH = 1.35
-"""Metres of route of a whole cycle, two steps, at a usual pace."""
+STRIDE_LENGTH = 1.15
+"""Metres of route of a whole cycle, two steps, at the usual pace indoors."""
 
 WALKING = 0.4
 """Metres per second at which the amplitude of a planned gait is about three quarters."""

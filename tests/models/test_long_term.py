@@ -127,7 +127,7 @@ def test_the_phase_of_a_walk_goes_on(yaw):
     torch.testing.assert_close(gait.unwrapped(read[None])[0], phase, atol=1e-3, rtol=0)
 
 
-@pytest.mark.parametrize("length, turns", [(0.1, 0), (1.35, 1), (2.8, 2)])
+@pytest.mark.parametrize("length, turns", [(0.1, 0), (1.15, 1), (2.4, 2)])
 def test_strides_of_usual_length(length, turns):
     gaits = torch.tensor([[1.0, 0.0]])
     total = gait.advance(gaits, gaits, torch.tensor([length]))
