@@ -2,7 +2,7 @@
 
 All of them are one architecture: a two-way LSTM that sees both ends in every step, its features of all steps next to
 the cloud's feature, and two fully connected layers for all frames in between. The paper does not say what the LSTM
-takes in each step nor how wide it is: here both ends and the share of the time, and 64 numbers each way.
+takes in each step nor how wide it is: here both ends and the share of the time, and 32 numbers each way.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from torch import nn
 from .layout import BODY, FRAMES, HANDS, POSE, ROTATION, SCENE, TRANSLATION
 from .point_net import PointEncoder
 
-HIDDEN = 64
+HIDDEN = 32
 WIDTH = 512
 INNER = FRAMES - 2
 

@@ -1,4 +1,4 @@
-"""The packed corpus on a device, and what the trainings draw from it. Every body is seen from a place, see layout.py."""
+"""The packed corpus on a device, and what the trainings draw from it; frames of reference are those of layout.py."""
 
 from __future__ import annotations
 

@@ -62,7 +62,8 @@ def read_rooms(corpus: store.Corpus, split: str, episodes: int, windows: int, se
         parts["windows"].append(found[0])
         parts["paths"].append(found[1])
         print(f"room {number}: {len(chosen)} episodes, {len(found[0])} windows", flush=True)
-    joined = {name: np.concatenate(parts[name]) for name in ("root", "rotations", "labels", "contacts", "windows", "paths")}  # fmt: skip
+    frames = ("root", "rotations", "labels", "contacts", "windows", "paths")
+    joined = {name: np.concatenate(parts[name]) for name in frames}
     stacked = {name: np.stack(parts[name]) for name in ("shapes", "points", "normals", "classes")}
     counts = {name: np.array(parts[name], np.int32) for name in ("lengths", "rooms", "numbers")}
     return joined | stacked | counts

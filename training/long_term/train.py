@@ -1,7 +1,7 @@
 """Train the networks of the long-term method, one stage after the other, on a CPU or a GPU.
 
 python -m samp_blender.training.long_term.train --data long_term.bin --work RUN --minutes 280
-python -m samp_blender.training.long_term.train --data long_term.bin --work RUN --stages paper_route paper_pose --minutes 40
+python -m samp_blender.training.long_term.train --data long_term.bin --work RUN --stages paper_route paper_pose
 
 The minutes are shared among the stages; a stage whose weights are in RUN is skipped, one with a checkpoint goes on from
 it. With --steps every stage takes that many steps instead. Stages that need the weights of another one wait for them
@@ -126,6 +126,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--stages", nargs="+", choices=STAGES, default=SHIPPED)
     parser.add_argument("--minutes", type=float, default=280.0, help="of all stages together")
     parser.add_argument("--seconds", type=float, nargs="+", help="of each stage instead")
+    parser.add_argument(
+        "--until", type=float, default=0.0, help="time (s since 1970) at which the last stage ends"
+    )
     parser.add_argument("--steps", type=int, default=0, help="of each stage, instead of a time")
     parser.add_argument("--batch", type=int, default=0)
     parser.add_argument("--threads", type=int, default=1)
@@ -149,11 +152,13 @@ def main(arguments: list[str] | None = None) -> None:
     made = Trainings(data, options.work, options.batch, options.wait)
     shares = [SHARES.get(stage, 0.1) for stage in options.stages]
     times = options.seconds or [60 * options.minutes * share / sum(shares) for share in shares]
-    for stage, seconds in zip(options.stages, times, strict=True):
+    for stage, planned in zip(options.stages, times, strict=True):
         if weights.weights_path(f"long_term_{stage}", options.work).with_suffix(".sha256").exists():
             log(f"{stage} is trained already")
             continue
-        run(made.learner(stage), options.work, seconds, options.steps, log)
+        learner = made.learner(stage)
+        seconds = options.until - time.time() if options.until and stage == options.stages[-1] else planned
+        run(learner, options.work, seconds, options.steps, log)
 
 
 if __name__ == "__main__":

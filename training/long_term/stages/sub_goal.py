@@ -71,10 +71,10 @@ class SubGoalLearner(Learner):
         """Return frames (B,): some evenly over time, some evenly over the kinds of poses."""
         device = self.data.device
         rows = torch.randint(len(self.data), (self.batch,), device=device)
-        count = int(RARE * self.batch)
-        for k in range(count):
-            kind = self._kinds[k % len(self._kinds)]
-            rows[k] = kind[torch.randint(len(kind), (), device=device)]
+        each = max(int(RARE * self.batch) // len(self._kinds), 1)
+        for k, kind in enumerate(self._kinds):
+            part = rows[k * each : (k + 1) * each]
+            part[:] = kind[torch.randint(len(kind), (len(part),), device=device)]
         return rows
 
     def _skin(
