@@ -3,9 +3,9 @@
 python -m samp_blender.training.long_term.side_by_side --data long_term.bin --output OUT --seconds 560
 python -m samp_blender.training.long_term.side_by_side --join OUT WEIGHTS
 
-A step is limited by the latency of its small kernels, so three programs share the GPU: prior and sub-goal bodies; points,
-routes and poses; the networks of the paper for table 1. The weights come out as one archive in pieces of less than
-16 MiB, OUT/weights.0, OUT/weights.1, ...; --join takes it apart again.
+A step is limited by the latency of its small kernels, so three programs share the GPU: prior and sub-goal bodies;
+points, routes and poses; the networks of the paper for table 1. The weights come out as one archive in pieces of less
+than 16 MiB, OUT/weights.0, OUT/weights.1, ...; --join takes it apart again.
 """
 
 from __future__ import annotations
