@@ -77,7 +77,7 @@ class LongTermData:
         self.contacts = put(raw["contacts"], torch.uint8)
         self.labels = put(raw["labels"], torch.int64)
         self.betas = put(betas.from_shapes(raw["shapes"]))
-        self.rooms = put(raw["rooms"], torch.int64)
+        self.rooms, self.numbers = put(raw["rooms"], torch.int64), np.asarray(raw["numbers"])
         self.points, self.normals = put(raw["points"]), put(raw["normals"])
         self.classes = put(raw["classes"], torch.int64)
         self.windows, self.paths = put(raw["windows"], torch.int64), put(raw["paths"])

@@ -6,68 +6,30 @@ Network frame, metres.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...body import betas as shapes
 from ...body import human
-from ...scene.distance import solids
-from ...scene.distance.signed_distance import SignedDistance, cached_field
-from ...scene.geometry import sample_surface
-from ...scene.navmesh.lattice import clip_to_box
-from ...scene.navmesh.navmesh import NavMesh
+from ...scene.distance.signed_distance import SignedDistance
 from ...vocabulary import SEATED
 from .figure import Figure, as_motion
 from .places import Place
+from .surfaces import Surfaces
 
 if TYPE_CHECKING:
     from .networks import Networks
 
 DRAWS = 12
 """Bodies that are drawn for one place, the best of which is taken."""
-DENSITY, MOST_POINTS = 60, 512
-"""Points on a square metre of surfaces, as in the training, and points of one cloud."""
 AROUND = 1.25
 """Metres around a body from which its cloud is taken."""
-TALL = 2.2
-"""Metres over the floor over which nothing is seen."""
 LIFTS = np.arange(-0.08, 0.081, 0.01)
 """Metres by which a seated or lying body is raised or lowered to touch what carries it."""
 TOUCHING = 0.005
 OFF_PHASE = 0.04
 """Metres of depth that weigh as much as a radian beside the wanted phase."""
-
-
-@dataclass(frozen=True)
-class Surfaces:
-    """The scene as the networks see it. triangles: (F, 3, 3). mesh: walkable ground."""
-
-    triangles: np.ndarray
-    mesh: NavMesh
-
-    def cloud(self, places: np.ndarray, radius: float, level: float, seed: int) -> np.ndarray:
-        """Return points (512, 3) of surfaces within a radius of any of some places (K, 3), seen from above."""
-        low, high = places.min(0) - radius, places.max(0) + radius
-        low[1], high[1] = level - 0.1, level + TALL
-        near = clip_to_box(solids.overlapping_box(self.triangles, low, high), low, high)
-        points = np.zeros((0, 3))
-        if len(near):
-            sampled, _ = sample_surface(near, 4 * MOST_POINTS * max(len(places), 1), seed)
-            away = np.linalg.norm(sampled[:, None, [0, 2]] - places[None, :, [0, 2]], axis=-1).min(1)
-            points = sampled[away < radius]
-        if not len(points):  # a ground that is assumed, without triangles
-            spread = np.random.default_rng(seed).uniform(-radius, radius, (MOST_POINTS, 2))
-            points = np.column_stack([spread[:, 0], np.full(MOST_POINTS, level), spread[:, 1]])
-            points[:, [0, 2]] += places[0, [0, 2]]
-        rows = np.random.default_rng(seed).permutation(len(points))
-        return points[np.resize(rows, MOST_POINTS)]
-
-    def field(self) -> SignedDistance:
-        """Return the signed distances of the scene; cached."""
-        free = self.mesh.points[:: max(1, len(self.mesh.points) // 64)] + [0.0, 1.0, 0.0]
-        return cached_field(self.triangles, free, self.mesh.laid_ground)
 
 
 def choose(

@@ -17,6 +17,7 @@ from ...scene.distance import solids
 from ...scene.navmesh.lattice import clip_to_box
 from ...scene.navmesh.navmesh import NavMesh
 from ...scene.seats import postures, seats
+from .surfaces import Surfaces
 
 ABOVE, BELOW = 0.15, 0.30
 """Metres above and below a point within which its support is looked for."""
@@ -26,6 +27,8 @@ STEP = 0.12
 """Metres over the floor up to which a surface is floor: rugs and thresholds."""
 BESIDE = 0.30
 """Metres from walkable floor within which a standing body is possible: closer to things than a walker goes."""
+TRUNK = (0.4, 0.9, 1.3)
+"""Metres over the floor at which the middle of a standing body has to be free."""
 PIECE = 1.4
 """Metres around a point that are looked at as the piece of furniture."""
 REACH = 0.15
@@ -54,12 +57,12 @@ class Place:
         return Goal(self.pelvis, yaw_direction(self.yaw), self.action)
 
 
-def find(triangles: np.ndarray, mesh: NavMesh, point: np.ndarray, yaw: float, name: str) -> Place:
+def find(surfaces: Surfaces, point: np.ndarray, yaw: float, name: str) -> Place:
     """Return the place of a sub-goal: a point (3,) on what carries the body, and its facing in radians.
 
-    triangles: (F, 3, 3) of the scene. name: of the sub-goal, for messages. Raises SampError for a point in the air or
-    inside something.
+    name: of the sub-goal, for messages. Raises SampError for a point in the air or inside something.
     """
+    triangles, mesh = surfaces.triangles, surfaces.mesh
     surface = support(triangles, point)
     floor = _floor(mesh, point)
     if surface is None:
@@ -68,14 +71,15 @@ def find(triangles: np.ndarray, mesh: NavMesh, point: np.ndarray, yaw: float, na
             raise SampError(f"{name} is in the air; put it onto a floor, a seat or a bed.")
         surface = laid
     if surface - floor[1] < STEP:
-        return standing(mesh, np.array([point[0], floor[1], point[2]]), yaw, name)
+        return standing(surfaces, np.array([point[0], floor[1], point[2]]), yaw, name)
     return _seat(triangles, np.array([point[0], surface, point[2]]), yaw, floor, name)
 
 
-def standing(mesh: NavMesh, floor: np.ndarray, yaw: float, name: str) -> Place:
+def standing(surfaces: Surfaces, floor: np.ndarray, yaw: float, name: str) -> Place:
     """Return the place of a body that stands on the floor (3,). Raises SampError where there is no room for it."""
-    nearest = mesh.ground.points(np.array(mesh.nearest(floor)))
-    if np.linalg.norm((nearest - floor)[[0, 2]]) > BESIDE:
+    nearest = surfaces.mesh.ground.points(np.array(surfaces.mesh.nearest(floor)))
+    middle = floor + np.outer(TRUNK, [0.0, 1.0, 0.0])
+    if np.linalg.norm((nearest - floor)[[0, 2]]) > BESIDE or surfaces.is_solid(middle):
         raise SampError(f"{name} is inside a wall or too close to something; move it onto free floor.")
     return Place("idle", floor + [0.0, standing_height(), 0.0], yaw, floor)
 

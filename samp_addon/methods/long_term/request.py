@@ -21,11 +21,11 @@ from ..scene_view import SceneView
 from ..step import Step
 from ..take import SubGoal, Take
 from . import joining, places, planning, synthesis
-from .bodies import Surfaces
 from .figure import Figure
 from .networks import Networks
 from .places import Place
 from .planning import Leg
+from .surfaces import Surfaces
 
 MOVED = 0.1
 """Metres beside the artist's point from which that is worth a remark."""
@@ -104,7 +104,7 @@ class Planner:
         """Return the artist's places, the same for all draws, and remarks about those that are moved."""
         stops, remarks = [], []
         for number, (point, yaw) in enumerate(self.scene.sub_goals, start=1):
-            stop = places.find(self.scene.geometry.triangles, self.mesh, point, yaw, f"Sub-goal {number}")
+            stop = places.find(self._synthesis.surfaces, point, yaw, f"Sub-goal {number}")
             stops.append(stop)
             away = float(np.linalg.norm((stop.pelvis - point)[[0, 2]]))
             if away > MOVED:
@@ -127,7 +127,7 @@ class Planner:
         request = TargetPlanner(self.step, self.scene, sample_goals, self.mesh).request(draw, clock)
         line = request.waypoints
         if figure is None:
-            start = places.standing(self.mesh, line[0], request.start_yaw, "The start")
+            start = places.standing(self._synthesis.surfaces, line[0], request.start_yaw, "The start")
         else:
             start = self._where(figure, draw.seed)
             line = np.concatenate([start.floor[None], line])
@@ -136,7 +136,7 @@ class Planner:
             end = places.seated(request.goal, yaw, self.mesh)
             line = np.concatenate([line, end.floor[None]])
         else:
-            end = places.standing(self.mesh, line[-1], yaw, "The destination")
+            end = places.standing(self._synthesis.surfaces, line[-1], yaw, "The destination")
         if len(line) < 2:
             line = np.repeat(line, 2, axis=0)
         return start, [planning.divided(line, start, end)], request.remarks

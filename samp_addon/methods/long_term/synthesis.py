@@ -12,11 +12,11 @@ from ...body import hand_poses
 from ...motion import Motion
 from ...vocabulary import SEATED
 from . import bodies, joining, networks, way
-from .bodies import Surfaces
 from .figure import Figure
 from .networks import Crossing, Networks
 from .places import Place
 from .planning import Leg
+from .surfaces import Surfaces
 
 CYCLE = 1.15
 """Metres of way in two steps, as in models/long_term/gait.py."""
