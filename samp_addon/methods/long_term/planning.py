@@ -24,6 +24,8 @@ CLEAR = 0.35
 """Metres in front of the place at which somebody begins to sit down that the last body between keeps."""
 LEAST = 0.45
 """Metres of the shortest window that another place may make."""
+OFF_FLOOR = 0.4
+"""Metres by which a standing body may be off walkable floor: it may lean closer to things than a walker passes."""
 TANGENT = 0.25
 """Metres of way before and after a place between over which its facing is averaged."""
 
@@ -82,7 +84,7 @@ def _line(mesh: NavMesh, start: Place, end: Place) -> np.ndarray:
         walk = paths.plan_to_goal(mesh, front, end.goal).waypoints
         parts += [walk, last[None]]
     else:
-        parts.append(paths.plan(mesh, front, last, way.OFF_FLOOR).waypoints)
+        parts.append(paths.plan(mesh, front, last, OFF_FLOOR).waypoints)
     return np.concatenate(parts)
 
 

@@ -87,8 +87,8 @@ class Tables:
                 self._optimise(f"{name}, optimised", windows, int(k), moved[k], int(numbers[k]), scene)
 
     def _optimise(
-        self, name: str, windows: Windows, k: int, motion, number: int, scene: in_scene.Rooms
-    ) -> None:  # noqa: ANN001
+        self, name: str, windows: Windows, k: int, motion: Motion, number: int, scene: in_scene.Rooms
+    ) -> None:
         human = in_scene.body(windows, k)
         better = scene.optimised(motion, number, human)
         one = self.data.window_batch(windows.index[k : k + 1])
