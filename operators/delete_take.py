@@ -22,7 +22,9 @@ class SAMP_OT_delete_take(TakeOperator, bpy.types.Operator):
         """Ask before several takes are deleted."""
         if not self.unstarred or bpy.app.background:
             return self.execute(context)
-        return context.window_manager.invoke_confirm(self, event)
+        return context.window_manager.invoke_confirm(
+            self, event, title="Delete all takes without a star?", confirm_text="Delete"
+        )
 
     @classmethod
     def description(cls, context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:

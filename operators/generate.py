@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import bpy
 
+from ..samp_addon.vocabulary import SEATED
 from .job_operator import SettingsOperator
+from .pick_point import PickPoint
 
 if TYPE_CHECKING:
     from ..samp_addon.pipeline.job import Job
 
 
-class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
+class SAMP_OT_generate(PickPoint, SettingsOperator, bpy.types.Operator):
     """Generate takes with the current settings; each becomes a new Action"""
 
     bl_idname = "samp.generate"
@@ -32,4 +35,8 @@ class SAMP_OT_generate(SettingsOperator, bpy.types.Operator):
     def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.ui import job_from_settings
 
-        return job_from_settings.job(context)
+        return replace(job_from_settings.job(context), point=self.point())
+
+    def target_name(self, context: bpy.types.Context) -> str:
+        job = self.job(context)
+        return job.target if job.action in SEATED else ""

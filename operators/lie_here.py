@@ -7,21 +7,25 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .job_operator import OptionsOperator
+from .pick_point import PickPoint
 
 if TYPE_CHECKING:
     from ..samp_addon.pipeline.job import Job
 
 
-class SAMP_OT_lie_here(OptionsOperator, bpy.types.Operator):
+class SAMP_OT_lie_here(PickPoint, OptionsOperator, bpy.types.Operator):
     """Walk to the selected furniture and lie down on it; each take becomes a new Action"""
 
     bl_idname = "samp.lie_here"
     bl_label = "Lie Here"
 
-    def job(self, context: bpy.types.Context) -> Job:
+    def target_name(self, context: bpy.types.Context) -> str:
         from ..samp_addon.blender.scene import targets
+
+        return self.target or targets.clicked_target(context)
+
+    def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.pipeline.job import Job
 
-        return Job(
-            action="lie", target=self.target or targets.clicked_target(context), **self.common(context)
-        )
+        target = self.target_name(context)
+        return Job(action="lie", target=target, point=self.point(), **self.common(context))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..samp_addon.blender.thread_run import ThreadRun
 
 # Defaults as in refine/refinement.py, which is imported only when the operator runs.
-WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "goal")
+WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "thin", "goal")
 
 
 def _weight(name: str, description: str, default: float = 1.0) -> object:
@@ -69,6 +69,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     smooth: _weight("Smoothness", "Weight of smooth motion", 0.25)
     close: _weight("Closeness", "Weight of staying close to the original take")
     limits: _weight("Joint Limits", "Weight of staying within joint limits")
+    thin: _weight("Thin Things", "Weight of keeping thin seats, slats and wires out of the body")
     goal: _weight("Goal", "Weight of ending at the goal")
 
     @classmethod

@@ -62,9 +62,13 @@ class ThreadOperator:
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if bpy.app.background:
             return self.execute(context)
-        return outcome.run(self, lambda: self._begin(context), {"RUNNING_MODAL"})
+        return self.start_work(context)
 
-    def _begin(self, context: bpy.types.Context) -> str:
+    def start_work(self, context: bpy.types.Context, handled: bool = False) -> set[str]:
+        """Start the work beside the window. handled: whether the operator receives events already."""
+        return outcome.run(self, lambda: self._begin(context, handled), {"RUNNING_MODAL"})
+
+    def _begin(self, context: bpy.types.Context, handled: bool = False) -> str:
         from ..samp_addon.blender.takes import loading
 
         self._run = loading.begin()
@@ -74,7 +78,8 @@ class ThreadOperator:
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(TICK, window=context.window)
-        manager.modal_handler_add(self)
+        if not handled:
+            manager.modal_handler_add(self)
         self._work = running_work.begin(self.label(context), type(self).__name__.removeprefix("SAMP_OT_"))
         return ""
 

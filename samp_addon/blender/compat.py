@@ -161,7 +161,8 @@ def export(kind: str, path: str, first: int, last: int) -> None:
             bake_anim_use_all_actions=False, bake_anim_simplify_factor=0.0,
         )  # fmt: skip
     elif kind == "BVH":
-        bpy.ops.export_anim.bvh(filepath=path, frame_start=first, frame_end=last, root_transform_only=True)
+        # "Root translation only" would lose the pelvis's, which has a root bone above it.
+        bpy.ops.export_anim.bvh(filepath=path, frame_start=first, frame_end=last, root_transform_only=False)
     elif kind == "USD":
         bpy.ops.wm.usd_export(filepath=path, selected_objects_only=True, export_animation=True)
     else:

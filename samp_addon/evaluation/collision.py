@@ -113,7 +113,7 @@ def _depth_of_samples(
         if k <= last + STRIDE and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
             depth[k], last = depth[last], k
             continue
-        depth[k] = surface.deepest(vertices, samples[close[k]])
+        depth[k] = surface.deepest(vertices, samples[close[k]], joints[k])
         last = same = k
     frames = np.arange(len(motion))
     before = np.searchsorted(measured, frames, side="right") - 1

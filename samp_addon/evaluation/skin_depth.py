@@ -29,22 +29,30 @@ THICKEST = 0.16
 BATCH = 48
 """Points of which the exact depth is computed together."""
 
+FOLD = 0.01
+"""Metres of depth from which on a point inside is also nearer to a bone than its skin is."""
+
 UNSURE = 0.02
 """Metres outside of the plane at the nearest vertex within which a point is still searched exactly."""
 
 
 @dataclass(frozen=True)
 class Inside:
-    """Points inside a body. index: (N,) into the queried points. depth: (N,) metres to the nearest skin. out: (N, 3)
-    unit vectors to it. vertex: (N,) the skin's vertex nearest to each."""
+    """Points inside a body.
+
+    index: (N,) into the queried points. depth: (N,) metres to the nearest skin. out: (N, 3) unit vectors to it. vertex:
+    (N,) the skin's vertex nearest to each. clearance: metres between the nearest of all points and a vertex.
+    """
 
     index: np.ndarray
     depth: np.ndarray
     out: np.ndarray
     vertex: np.ndarray
+    clearance: float
 
 
-_NOTHING = Inside(np.zeros(0, int), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int))
+def _nothing(clearance: float) -> Inside:
+    return Inside(np.zeros(0, int), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int), clearance)
 
 
 class SkinSurface:
@@ -81,16 +89,14 @@ class SkinSurface:
             hit |= np.einsum("kn,kn->n", away, away) < radius**2
         return boxed[hit]
 
-    def inside(self, skin: np.ndarray, points: np.ndarray) -> Inside:
-        """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``."""
-        rows, near, _, _ = self._candidates(skin, points)
-        if not len(rows):
-            return _NOTHING
-        return self._exact(skin, points, rows, near)
+    def inside(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> Inside:
+        """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``. joints: (J, 3)."""
+        rows, near, _, clearance = self._candidates(skin, points)
+        return self._exact(skin, points, joints, rows, near, clearance) if len(rows) else _nothing(clearance)
 
-    def deepest(self, skin: np.ndarray, points: np.ndarray) -> float:
-        """Return the depth, metres, of the deepest of points (N, 3) inside the skin; 0 without one."""
-        rows, near, gap, height = self._candidates(skin, points)
+    def deepest(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> float:
+        """Return the depth, metres, of the deepest of points (N, 3) inside the skin; 0 without one; see `inside`."""
+        rows, near, gap, _ = self._candidates(skin, points)
         # Skin is no farther than its nearest vertex: points whose vertices are nearer than the best depth are left.
         order = np.argsort(-gap)
         best = 0.0
@@ -98,20 +104,20 @@ class SkinSurface:
             part = order[first : first + BATCH]
             if gap[part[0]] <= best:
                 break
-            found = self._exact(skin, points, rows[part], near[part])
+            found = self._exact(skin, points, joints, rows[part], near[part])
             best = max(best, float(found.depth.max(initial=0.0)))
         return best
 
     def _candidates(
         self, skin: np.ndarray, points: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the points that may be inside: indices (M,), nearest vertices (M, K), metres to the nearest one (M,)
-        and heights over the plane through it (M,)."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Return the points that may be inside: indices (M,), nearest vertices (M, K) and metres to the nearest one
+        (M,); and the metres between any point and its nearest vertex."""
         if len(points):
             low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
             kept = np.flatnonzero(((skin >= low) & (skin <= high)).all(1))
         if not len(points) or len(kept) < NEIGHBOURS:
-            return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.zeros(0)
+            return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.inf
         tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)
         gap, near = tree.query(points, k=NEIGHBOURS)
         near = kept[near]
@@ -122,17 +128,38 @@ class SkinSurface:
         height = ((points - skin[near[:, 0]]) * normal[back]).sum(-1)
         # Far from a vertex and high over its plane is outside; near it the triangles around decide.
         rows = np.flatnonzero((height < UNSURE) & (gap[:, 0] < THICKEST))
-        return rows, near[rows], gap[rows, 0], height[rows]
+        return rows, near[rows], gap[rows, 0], float(gap[:, 0].min())
 
-    def _exact(self, skin: np.ndarray, points: np.ndarray, rows: np.ndarray, near: np.ndarray) -> Inside:
+    def _exact(
+        self,
+        skin: np.ndarray,
+        points: np.ndarray,
+        joints: np.ndarray,
+        rows: np.ndarray,
+        near: np.ndarray,
+        clearance: float = 0.0,
+    ) -> Inside:
         """Return which of the points with indices (M,) are inside; near: (M, K) their nearest vertices."""
         place, outward = self._closest(skin, points[rows], near)
         away = place - points[rows]
         within = (away * outward).sum(-1) > 0
-        rows, away = rows[within], away[within]
         depth = np.linalg.norm(away, axis=-1)
+        # Where the skin is folded, in the groin of a seated body, its normals point inwards.
+        deep = np.flatnonzero(within & (depth > FOLD))
+        within[deep] = self._off_bones(joints, points[rows[deep]]) < self._off_bones(joints, place[deep])
+        rows, away, depth = rows[within], away[within], depth[within]
         own = self.vertices[near[within, 0]]
-        return Inside(rows, depth, away / np.maximum(depth, 1e-9)[:, None], own)
+        return Inside(rows, depth, away / np.maximum(depth, 1e-9)[:, None], own, clearance)
+
+    def _off_bones(self, joints: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the metres between points (N, 3) and the nearest bone of a body with joints (J, 3)."""
+        start, end = joints[self._segments[:, 0]], joints[self._segments[:, 1]]
+        along = end - start
+        offset = points[:, None] - start
+        share = (offset * along).sum(-1) / np.maximum(np.square(along).sum(-1), 1e-12)
+        return np.linalg.norm(offset - np.clip(share, 0, 1)[..., None] * along, axis=-1).min(
+            1, initial=np.inf
+        )
 
     def _closest(
         self, skin: np.ndarray, points: np.ndarray, near: np.ndarray

@@ -81,6 +81,9 @@ class Method(Protocol):
         begins where that take ends. The work may run in a thread; what `progress` raises stops it.
         """
 
+    def installed(self) -> bool:
+        """Return whether the method's weights are there; a method without them is not offered."""
+
     def load(self) -> None:
         """Load the networks, so that the first `generate` is as fast as the next one."""
 

@@ -1,30 +1,21 @@
 """The methods by name. The command line, the panel, the batch and the report ask here.
 
-A new method is a folder beside this file, whose `method.py` has a METHOD, and its name in FOLDERS. A METHOD may have
-`weights`, the names of its networks' files; it is offered where all of them are installed.
+A new method is a folder beside this file, whose `method.py` has a METHOD, and its name in FOLDERS. A method whose
+weights are not there is left out.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from pathlib import Path
 
 from ..errors import UsageError
 from .method import Method
 
-FOLDERS = ("samp", "long_term")
-_WEIGHTS = Path(__file__).parents[2] / "models" / "weights"
-
-
-def _is_trained(method: Method) -> bool:
-    """Return whether all weights of a method's networks are installed."""
-    return all((_WEIGHTS / f"{name}.safetensors").exists() for name in getattr(method, "weights", ()))
-
-
+FOLDERS = ("samp", "long_term", "scene_gan")
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (import_module(f".{folder}.method", __package__).METHOD for folder in FOLDERS)
-    if _is_trained(method)
+    if method.installed()
 }
 DEFAULT = "samp"
 

@@ -24,15 +24,16 @@ LARGEST_SEED = 2**31 - 1
 class Job:
     """Takes of one action, or of several in a row, in one scene.
 
-    action, target, to, method, hold, style, speed, via and settings: of the first step, see Step; hold, style and
-    speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. start: (x, y, z,
-    yaw), or None for where the character stands, or a free place. seed: of the first take; variants: how many takes.
+    action, target, point, to, method, hold, style, speed, via and settings: of the first step, see Step; hold, style
+    and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. start: (x, y,
+    z, yaw), or None for where the character stands, or a free place. seed: of the first take; variants: how many takes.
     refine: whether contact, penetration and foot slide of each take are corrected. then: the steps after the first, in
     the same takes. Raises UsageError for values that cannot be used.
     """
 
     action: str = "sit"
     target: str = ""
+    point: tuple[float, float, float] | None = None
     to: tuple[float, ...] | None = None
     character: str = ""
     start: tuple[float, float, float, float] | None = None
@@ -68,6 +69,6 @@ class Job:
     def steps(self) -> tuple[Step, ...]:
         """The single actions in their order."""
         shared = {"hold": self.hold, "style": self.style, "speed": self.speed}
-        own = ("action", "target", "to", "method", "via", "settings")
+        own = ("action", "target", "point", "to", "method", "via", "settings")
         first = Step(**{name: getattr(self, name) for name in own}, **shared)
         return (first, *(replace(step, **shared) for step in self.then))

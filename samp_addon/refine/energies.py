@@ -37,13 +37,13 @@ def collision(distance: torch.Tensor, margin: torch.Tensor | float, frames: int)
     return torch.relu(margin - distance).sum() / frames
 
 
-def pierced(depth: torch.Tensor, frames: int) -> torch.Tensor:
+def pierced(depth: torch.Tensor, weight: torch.Tensor, frames: int) -> torch.Tensor:
     """Complement of E_col for thin things: depths (N,) of surface samples in the body, summed over samples.
 
-    E_col looks at vertices in solids; a seat of one sheet passes between them. frames: number of frames that the
-    samples come from.
+    E_col looks at vertices in solids; a seat of one sheet passes between them. weight: (N,) of the samples' frames,
+    which add up to ``frames`` over all of these.
     """
-    return torch.relu(depth).sum() / frames
+    return (torch.relu(depth) * weight).sum() / frames
 
 
 def contact(distance: torch.Tensor, near: float, frames: int) -> torch.Tensor:

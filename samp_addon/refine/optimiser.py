@@ -192,7 +192,7 @@ class Optimiser:
         feet = placed[:, _FEET], self.feet_at, self.standing
         if self.pierced is not None:
             depth = self.pierced.depth_at(transforms)
-            parts["thin"] = energies.pierced(depth, frames)
+            parts["thin"] = energies.pierced(depth, self.pierced.weight, frames)
         if stage == 0:
             parts["close"] = parts["close"] + GROUND * energies.on_ground(*feet)
         else:

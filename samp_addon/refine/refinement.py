@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,7 +23,11 @@ from ..scene.geometry import extent
 from .feet.foot_lock import lock_to_plans
 from .feet.plan import FootPlan, lowest_ground, plan_feet
 from .field import Field
+from .high_seats import knee_rises, knees_raised
 from .hovering import settle
+
+if TYPE_CHECKING:
+    from .thin_things import ThinThings
 
 SMOOTHING = 4.0  # frames at 30 fps: sigma of the Gaussian over time, per unit of the weight of smoothness
 WINDOW, OVERLAP = 8.0, 1.0  # seconds
@@ -40,8 +45,7 @@ class Settings:
 
     foot, collision, contact, smooth: of the feet's locations, which the first stage leaves out, and of equations 5 to
     7. close: of closeness to the input. limits: of the joint limits. thin: of thin things that pass through the body
-    (thin_things.py), which is off: on real chairs it moves the pelvis too far. goal: of the pelvis on its goal.
-    strength: share of the change that is kept, 0 to 1.
+    (thin_things.py). goal: of the pelvis on its goal. strength: share of the change that is kept, 0 to 1.
     """
 
     foot: float = 1.0
@@ -50,7 +54,7 @@ class Settings:
     smooth: float = 0.25
     close: float = 1.0
     limits: float = 1.0
-    thin: float = 0.0
+    thin: float = 1.0
     goal: float = 1.0
     strength: float = 1.0
 
@@ -110,10 +114,13 @@ def refine(
     refined = smoothed(motion, settings.smooth)
     if settings.contact > 0:
         refined = settle(refined, scene, body)
+    thin = _thin_things(refined, surroundings, body, scene, goal)
+    if thin is not None and settings.thin > 0:
+        refined = knees_raised(refined, knee_rises(refined, thin))
     feet = None
     for stage in (0, 1):
         feet = plan_feet(refined, scene, feet)
-        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress, surroundings)
+        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress, thin)
     progress("Feet", 0.9)
     if settings.foot > 0:
         refined = lock_to_plans(refined, feet, scene)
@@ -122,7 +129,7 @@ def refine(
     if settings.strength < 1:
         refined = blended(motion, refined, settings.strength)
     progress("Measuring", 0.95)
-    return _result(motion, refined, surroundings, scene, goal, body, measured)
+    return _result(motion, refined, surroundings, scene, goal, body, measured, thin)
 
 
 def smoothed(motion: Motion, weight: float) -> Motion:
@@ -162,16 +169,12 @@ def _optimise(
     feet: list[FootPlan],
     stage: int,
     progress: Progress,
-    surroundings: Surroundings,
+    thin: ThinThings | None,
 ) -> Motion:
     """Return the motion after one stage of gradient descent, window by window, each blended into the next."""
     from .optimiser import SCALES, Optimiser  # imports torch
     from .pose import changed
-    from .thin_things import ThinThings
 
-    around = lambda part: ThinThings.around(
-        part, surroundings.triangles, surroundings.give, body, scene.floor
-    )
     weights = {name: value for name, value in asdict(settings).items() if name in SCALES}
     resting = np.zeros(len(motion))
     resting[max(0, len(motion) - 1 - round(RESTING_SECONDS * motion.fps)) :] = goal is not None
@@ -182,7 +185,7 @@ def _optimise(
         optimiser = Optimiser(
             motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
-            thin=around(motion.pose_slice(part)) if settings.thin else None,
+            thin=thin.afresh() if thin is not None and settings.thin else None,
         )  # fmt: skip
         report = lambda share, n=number: progress(
             "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))
@@ -207,6 +210,16 @@ def _require_finite(motion: Motion) -> None:
             raise SampError(
                 f"Frame {frame} of the take has no finite value for '{bone}'; correct or delete that key."
             )
+
+
+def _thin_things(
+    motion: Motion, surroundings: Surroundings, body: Human, scene: Field, goal: Goal | None
+) -> ThinThings | None:
+    """Return the surfaces around a motion, sampled, without its floor; None where there are none."""
+    from .thin_things import ThinThings  # imports torch
+
+    seat = goal if goal is not None and goal.action == "sit" else None
+    return ThinThings.around(motion, surroundings.triangles, surroundings.give, body, scene.floor, seat)
 
 
 def _field(motion: Motion, surroundings: Surroundings, body: Human) -> Field:
@@ -235,10 +248,9 @@ def _result(
     goal: Goal | None,
     body: Human,
     measured: bool,
+    thin: ThinThings | None,
 ) -> Refined:
     """Measure a refined motion and its input."""
-    from .thin_things import ThinThings  # imports torch
-
     floor = NO_FLOOR if scene.floor is None else scene.floor
     numbers = [
         metrics.measure(one, goal, surroundings.obstacles, floor, body) if measured else {}
@@ -246,7 +258,6 @@ def _result(
     ]
     skin = human.skin(body, refined, body.collision).reshape(-1, 3)
     left = float(max(-scene.at(skin)[0].min(), 0.0))
-    thin = ThinThings.around(refined, surroundings.triangles, surroundings.give, body, scene.floor)
     if thin is not None:
         left = max(left, thin.deepest(refined.pose_slice(slice(None, None, 2))))
     notes = ()

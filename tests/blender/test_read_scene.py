@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from samp_blender.samp_addon import frames
-from samp_blender.samp_addon.blender.scene import read_scene
+from samp_blender.samp_addon.blender.scene import candidates, read_scene
 from samp_blender.samp_addon.errors import SampError
 
 UNIT_CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float) / 2
@@ -83,7 +83,7 @@ def exclude_collection():
 
 
 def drawn_by_the_addon():
-    add("X")[read_scene.OVERLAY_KEY] = True
+    add("X")[candidates.OVERLAY_KEY] = True
 
 
 def hidden_inside_a_collection_instance():

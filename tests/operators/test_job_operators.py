@@ -72,6 +72,11 @@ def curves(action, owner):
             {"target": "Sofa", "refine": True},
             {"action": "sit", "target": "Sofa", "refine": True},
         ),
+        (
+            "sit_here",
+            {"target": "Sofa", "location": (1.0, 2.0, 0.5)},
+            {"action": "sit", "target": "Sofa", "point": (1.0, 2.0, 0.5)},
+        ),
         ("walk_here", {"location": (-3, -3, 0)}, {"action": "walk", "to": (-3.0, -3.0, 0.0)}),
         (
             "walk_here",

@@ -88,7 +88,7 @@ def test_undo_is_one_step():
     bpy.context.preferences.edit.use_global_undo = True
     bpy.ops.ed.undo_push(message="before")
     bpy.ops.samp.create_character("EXEC_DEFAULT", True)
-    assert len(bpy.context.scene.objects) == 2
+    assert len(bpy.context.scene.objects) == 3  # armature, body, and the marker of the start
     bpy.ops.ed.undo()
     assert len(bpy.context.scene.objects) == 0
 

@@ -254,6 +254,20 @@ def test_export_keeps_the_selection(kind, tmp_path):
     assert export.file_stem(bpy.context) == "sit--Sofa-2"
 
 
+def test_exported_bvh_moves_as_the_take(tmp_path):
+    owner = character.create_character(bpy.context)
+    action = baked(owner)
+    last = round(action.frame_range[1])
+    bpy.context.scene.frame_set(last)
+    expected = [tuple(owner.pose.bones[name].head) for name in ("pelvis", "left_foot", "head")]
+    path = export.export_take(bpy.context, str(tmp_path / "take"), "BVH")
+    bpy.ops.import_anim.bvh(filepath=str(path), axis_forward="Y", axis_up="Z", frame_start=last)
+    read = bpy.context.view_layer.objects.active
+    bpy.context.scene.frame_set(2 * last - round(action.frame_range[0]))
+    for name, place in zip(("pelvis", "left_foot", "head"), expected, strict=True):
+        assert tuple(read.pose.bones[name].head) == pytest.approx(place, abs=1e-3), name
+
+
 def test_export_to_a_missing_folder_raises(tmp_path):
     baked(character.create_character(bpy.context))
     with pytest.raises(RuntimeError, match="choose another file|cannot be written"):

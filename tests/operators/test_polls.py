@@ -28,7 +28,7 @@ def facts(tmp_path_factory) -> dict:
         env=os.environ | {"BLENDER_USER_RESOURCES": str(folder / "blender")},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
         check=False,
     )
     lines = [line for line in done.stdout.splitlines() if line.startswith("FACTS")]

@@ -93,7 +93,8 @@ def shown_bones(rig: bpy.types.Object) -> dict[str, str]:
     """Return joint -> deform bone: of a generated Rigify rig not the controls."""
     known, bones = carry_to_rig._bones(rig)
     if known == "Rigify controls":
-        return maps.KNOWN[-1].found(bone.name for bone in rig.data.bones)
+        deforming = next(names for names in maps.KNOWN if names.name == "Rigify bones")
+        return deforming.found(bone.name for bone in rig.data.bones)
     return bones
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.errors import PathError, SampError
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.scene import geometry
@@ -68,6 +69,46 @@ def test_what_rests_on_a_target_belongs_to_it(named, others, expected):
     assert set(belongings(scene(**others), [named])) == expected
 
 
+BED = boxes(((-0.7, 0, -1.0), (0.7, 0.45, 1.0)))
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6])
+@pytest.mark.parametrize(
+    ("board", "belongs"),
+    [
+        (((-0.75, 0.0, -1.08), (0.75, 1.0, -1.01)), True),
+        (((-1.2, 0.4, -1.08), (1.2, 1.1, -1.0)), True),
+        (((-0.6, 0.5, 1.0), (0.6, 0.8, 1.05)), True),
+        (((-2.0, 0.0, -1.1), (2.0, 2.6, -1.0)), False),
+        (((-0.75, 0.0, -1.6), (0.75, 1.0, -1.5)), False),
+        (((0.72, 0.0, -1.0), (1.1, 0.6, -0.6)), False),
+        (((-0.75, 0.0, -1.08), (0.75, 0.5, -1.01)), False),
+    ],
+    ids=[
+        "headboard",
+        "wide board on a wall",
+        "footboard",
+        "wall",
+        "away from it",
+        "night table",
+        "as low as the bed",
+    ],
+)
+def test_a_separate_headboard_belongs_to_its_bed(board, belongs, turn):
+    turned = frames.yawed_axes(turn).T
+    whole = scene(bed=BED @ turned, board=boxes(board) @ turned, floor=FLOOR)
+    assert belongings(whole, ["bed"]) == (("board",) if belongs else ())
+
+
+@pytest.mark.parametrize("end", [-1, 1])
+def test_the_head_is_at_a_separate_headboard(end):
+    board = boxes(((-0.75, 0, -1.08), (0.75, 1.0, -1.01))) * [1, 1, -end]
+    whole = scene(bed=BED, board=board, floor=FLOOR)
+    names = ("bed", *belongings(whole, ["bed"]))
+    best = seats.find_goals(whole.triangles_of(names), "lie")[0]
+    assert best.direction[2] == pytest.approx(-end, abs=0.1)
+
+
 def test_characters_never_belong_to_furniture():
     assert belongings(scene(frame=FRAME, pillow=PILLOW, cushion=CUSHION), ["frame"], ["cushion"]) == ()
 
@@ -82,6 +123,35 @@ def test_a_room_of_one_mesh_is_split():
     assert np.allclose(geometry.extent(found), geometry.extent(sofa))
     hinted = whole.triangles[room.choose(whole, ["room"], "sit", hint=np.array([0, 0.3, 0.8]))]
     assert np.allclose(geometry.extent(hinted), geometry.extent(low_table))
+
+
+def chair(at):
+    """Return the boxes of a chair, facing -Z, whose back is at z = 0.2."""
+    legs = [((x, 0, z), (x + 0.04, 0.4, z + 0.04)) for x in (-0.2, 0.16) for z in (-0.2, 0.16)]
+    whole = [((-0.2, 0.4, -0.2), (0.2, 0.45, 0.2)), ((-0.2, 0.45, 0.16), (0.2, 0.9, 0.2)), *legs]
+    return boxes(*whole) + [at[0], 0, at[1]]
+
+
+@pytest.mark.parametrize(
+    ("hint", "meant"),
+    [
+        ((0.0, 0.45, 0.35), "near"),
+        ((-0.1, 0.8, 0.48), "near"),
+        ((0.74, 0.2, -0.28), "far"),
+        ((0.0, 0.74, 0.0), "table"),
+    ],
+    ids=["a seat under the table", "a back", "a leg", "the table's top"],
+)
+def test_a_click_tells_chairs_from_their_table(hint, meant):
+    legs = [((x, 0, z), (x + 0.05, 0.7, z + 0.05)) for x in (-0.6, 0.55) for z in (-0.35, 0.3)]
+    pieces = {
+        "table": boxes(((-0.65, 0.7, -0.4), (0.65, 0.74, 0.4)), *legs),
+        "near": chair((0, 0.32)),
+        "far": chair((0.92, -0.1)),
+    }
+    whole = scene(room=np.concatenate([FLOOR, *pieces.values()]))
+    chosen = whole.triangles[room.choose(whole, ["room"], "sit", hint=np.array(hint))]
+    assert np.allclose(geometry.extent(chosen), geometry.extent(pieces[meant]))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from samp_blender.samp_addon.scene.seats.postures import SEAT_TO_PELVIS
 from samp_blender.training.composition.sequence import Sequence
 from samp_blender.training.composition.stitch import WalkIndex
 from samp_blender.training.fitting import hold, make, measure, provenance, sit_fit, spreading
-from samp_blender.training.fitting.lie_fit import Mattress
+from samp_blender.training.fitting.lying.lie_fit import Mattress
 from samp_blender.training.fitting.shapes import posing, probes, surfaces
 from samp_blender.training.fitting.shapes.depth import PieceField
 from samp_blender.training.fitting.shapes.pieces import FittingPiece

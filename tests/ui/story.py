@@ -150,6 +150,9 @@ class _Session:
         starred = window.ask("[a.name for a in bpy.data.actions if a.get('samp_star')]")
         self._check(len(starred) == 1, f"starred are {starred}")
         window.press("unstarred=True")
+        window.shot("asks")
+        self._check(len(window.ask("ui.takes()")) == 2, "takes were deleted without asking")
+        window.key("Return")
         window.wait("ui.takes()", lambda left: left == starred)
         window.shot("kept")
 
@@ -207,7 +210,7 @@ class _Session:
         window.wait("'SAMP Path' in bpy.data.objects")
         time.sleep(1.0)
         window.shot("goals_and_path")
-        window.press("bpy.ops.samp.clear_overlays")
+        window.press("bpy.ops.samp.clear_overlays()")
         window.wait("'SAMP Path' not in bpy.data.objects")
 
     def menu(self) -> None:

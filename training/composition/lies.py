@@ -85,8 +85,11 @@ class LieComposer:
         reclines: list[Recline],
         approach: Callable[[Clip, dict[str, int]], tuple[Clip, dict[str, int]]],
         seed: int,
+        surface_check: bool = True,
     ) -> None:
-        """approach: puts a real walk in front of an excerpt, as Composer.approach does."""
+        """approach: puts a real walk in front of an excerpt, as Composer.approach does. surface_check: whether bodies
+        that are too deep in the surface are dropped, for composers whose lies are not fitted afterwards."""
+        self.surface_check = surface_check
         self.rng = np.random.default_rng(seed)
         self.report: Counter[str] = Counter()
         self.places = [(piece, edge) for piece in pieces for edge in edges(piece)]
@@ -117,7 +120,7 @@ class LieComposer:
         if why in ("walks into it", "stands in it"):
             return self._dropped(why)
         lying = whole.cut(frames["seated"] + len(down) // 3, frames["seated"] + len(down))
-        why = fault(whole) or sunk(lying, piece, place, edge.mattress)
+        why = fault(whole) or (self.surface_check and sunk(lying, piece, place, edge.mattress)) or None
         if why is not None:
             return self._dropped(why)
         self.report["kept"] += 1

@@ -41,13 +41,18 @@ class StageErrors:
             self.clusters.append(cluster)
 
 
+def networks_of_stage(stage: str, network: MotionNetwork | None = None) -> Networks:
+    """Return networks whose takes end at a stage, one of generator.STAGES. network: the shipped one if left out."""
+    return Networks(goals.sample_goals, partial(generator.generate, network=network, stage=stage))
+
+
 def measure(
     jobs: Sequence[tuple[Job, SceneView, str]], network: MotionNetwork | None = None
 ) -> dict[str, StageErrors]:
     """Generate the first attempt of each take at each stage. jobs: with the piece or room that they are in."""
     found = {}
     for stage in generator.STAGES:
-        method = Samp(Networks(goals.sample_goals, partial(generator.generate, network=network, stage=stage)))
+        method = Samp(networks_of_stage(stage, network))
         errors = found[stage] = StageErrors()
         for job, view, cluster in jobs:
             draws = [Draw(seed, seed) for seed in job.seeds]

@@ -1,4 +1,4 @@
-"""Builds the fitted sits and lies of MotionNet's training set.
+"""Build the fitted sits and lies of MotionNet's training set, and beside them the pieces that they are on.
 
 python -m samp_blender.training.fitting.make --mocap FOLDER ... --furniture FOLDER --output fitted.npz
 """
@@ -21,11 +21,12 @@ from ..mocap import natural, sources
 from ..mocap.clip_files import Clip
 from ..mocap.events import SitEvent, sit_events
 from ..mocap.posture import neutralised
-from .lies import FittedLies
+from .lying.lies import FittedLies
 from .provenance import total
 from .shapes import pieces as furnishing
 from .shapes.kept import keep, kept
-from .sits import FittedComposer
+from .shapes.piece_file import read_pieces, write_pieces
+from .sits import FittedComposer, trimmed
 
 SELDOM = 2  # Rocketbox's chained sits, several for each captured one, are tried every so many rounds
 STRIDE = 4  # frames between two of a walk that others are joined to
@@ -68,24 +69,34 @@ def main() -> None:
     parser.add_argument("--lies", type=int, default=400, help="sequences of lying down tried")
     parser.add_argument("--chains", type=int, default=4, help="chained sits for each Rocketbox sit-down")
     parser.add_argument("--share", type=float, default=1.0, help="of the furniture, for quick trials")
+    parser.add_argument("--pieces", type=Path, help="an earlier training set, whose pieces are used instead")
+    parser.add_argument("--categories", nargs="+", help="only pieces of these categories")
+    parser.add_argument(
+        "--trim",
+        action="store_true",
+        help="without the walks to a seat and from it, which lead through sofas",
+    )
     parser.add_argument("--kept", type=Path, help="folder for clips and pieces, the same in every run")
     options = parser.parse_args()
     began = time.time()
     clips, walks, events = kept(
         options.kept, "captured", lambda: captured(options.mocap, options.chains, options.seed)
     )
-    made_ready = lambda: _ready(furnishing.collect(options.furniture, options.seed, options.share))
+    if options.trim:
+        events = [trimmed(event) for event in events]
+    made_ready = lambda: _ready(_pieces(options))
     pieces = kept(options.kept, "pieces", made_ready)
     print(f"{len(events)} sits, {len(pieces)} pieces, {_since(began)}", flush=True)
-    composer = FittedComposer(pieces, walks, options.seed)
+    composer = FittedComposer(pieces, walks, options.seed, *([0] if options.trim else []))
     sequences = sits(composer, events, options.sits, began)
     lying = FittedLies(pieces, events, reclines(clips), composer.captured.approach, options.seed)
     sequences += [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
     save(options.output, balanced(sequences), furnishing.grids(pieces), mirrored=True)
+    write_pieces(options.output, pieces)
     keep(options.kept, "pieces", pieces)  # with the distances found on the way
     for kind, reports, counts in (
         ("sit", [composer.report], composer.owed),
-        ("lie", [lying.composer.report, lying.report], lying.owed),
+        ("lie", [*(c.report for c in lying.composers.values()), lying.report], lying.owed),
     ):
         lengths = [len(s) for s in sequences if s.kind == kind]
         print(f"{kind}: {len(lengths)} sequences, {sum(lengths) / 1800:.1f} minutes")
@@ -93,6 +104,19 @@ def main() -> None:
         for report in reports:
             print(", ".join(f"{why} {count}" for why, count in report.most_common()))
     print(f"{options.output} in {_since(began)}")
+
+
+def _pieces(options: argparse.Namespace) -> list[furnishing.FittingPiece]:
+    """The pieces of an earlier set, or new ones; only those of the wanted categories have places to sit and lie."""
+    if options.pieces is None:
+        pieces = furnishing.collect(options.furniture, options.seed, options.share)
+    else:
+        pieces = read_pieces(options.pieces)
+    if options.categories:
+        for piece in pieces:
+            if piece.category not in options.categories:
+                piece.__dict__.update(seats=[], beds=[])
+    return pieces
 
 
 def _ready(pieces: list[furnishing.FittingPiece]) -> list[furnishing.FittingPiece]:

@@ -16,7 +16,7 @@ from ...samp_addon import rotation
 from ...samp_addon.evaluation import feet, metrics
 from ...samp_addon.motion import Motion
 from . import hold as holds
-from . import lie_fit
+from .lying import lie_fit
 from .shapes import pieces as furnishing
 from .shapes import posing, probes
 from .shapes.kept import kept

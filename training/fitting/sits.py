@@ -33,7 +33,8 @@ TRIES = 5  # of these, seats that are fitted
 BODY = 0.04  # metres from the pelvis that a walking body keeps from a piece at least
 STANDS = 0.17  # metres ahead of the seated pelvis at which people were captured standing, at least
 REACH = 0.15  # metres by which a captured seat and another may differ in height
-WALKS = 3  # tried in front of one sit, beside its own approach
+WALKS = 3
+BEFORE, AFTER = 24, 16  # frames before sitting down and after standing up of a trimmed sit
 LED_IN = 24  # frames after a walk's end over which the feet are locked with it
 IN_VAIN = 0.25  # of a kept sit, that a piece counts as used for one tried in vain
 NEAR = 0.08  # metres of difference in height at which a seat is drawn a third as often
@@ -41,10 +42,23 @@ OTHER_PACE = 0.4
 SIDEWAYS_ON = ("bed", "pouf", "bench", "stool", "sofa", "l_sofa")
 
 
+def trimmed(event: SitEvent) -> SitEvent:
+    """Return the event with at most BEFORE frames before sitting down and AFTER frames after standing up.
+
+    Captured people walk where a sofa would stand. Episodes in rooms have walks of their own.
+    """
+    entry = max(event.entry, event.down - BEFORE)
+    return replace(event, entry=entry, leave_end=min(event.leave_end, event.up_end + AFTER))
+
+
 class FittedComposer:
     """Makes fitted sit sequences; counts what it kept and what it dropped and why."""
 
-    def __init__(self, pieces: list[FittingPiece], walks: WalkIndex, seed: int) -> None:
+    def __init__(
+        self, pieces: list[FittingPiece], walks: WalkIndex, seed: int, approaches: int = WALKS
+    ) -> None:
+        """approaches: walks that are tried in front of one sit, beside its own."""
+        self.approaches = approaches
         self.rng = np.random.default_rng(seed)
         self.captured = Composer([], walks, seed)  # cuts, paces and walks of the captured sits
         self.report: Counter[str] = Counter()
@@ -84,7 +98,7 @@ class FittedComposer:
         yield made, phases
         surface = piece.seat_surface(goal)
         frames = {name: getattr(phases, name) for name in ("down", "seated", "seat_end", "up_end")}
-        for _ in range(WALKS if phases.down > 12 else 0):
+        for _ in range(self.approaches if phases.down > 12 else 0):
             clip, shifted = self.captured.approach(made.clip, dict(frames))
             shift = shifted["down"] - phases.down
             if clip is made.clip:

@@ -13,18 +13,22 @@ import os
 import pickle
 import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from ..furniture.library import DEFAULT_FOLDER
 from .corpus import store, windows
-from .corpus.room_builder import RoomBuilder
+from .corpus.room_builder import RoomBuilder, entry
 from .episodes import bank as banks
 from .episodes.search import Search
-from .episodes.uses import Composed, Uses
 from .layout import stock
+from .uses.composed import Composed
+from .uses.fitted_set import FittedSet
+from .uses.use import Uses
 
+LISTED = 15  # rooms after which lists and manifest are written anew
 TEST_SHARE = 5  # every fifth room is a test room
 PICTURES = {"train": 12_000, "test": 2_000}
 DEFAULT_MOCAP = DEFAULT_FOLDER.parent / "mocap"
@@ -55,20 +59,40 @@ def room_builder(options: argparse.Namespace) -> RoomBuilder:
         part = kept.with_suffix(f".{os.getpid()}")
         part.write_bytes(pickle.dumps((bank, uses)))
         part.replace(kept)
-    stocks = {name: stock.build(options.furniture, name == "test", options.seed) for name in store.SPLITS}
+    seats = None
     if options.uses == "fitted":
         uses = _fitted(bank, uses, cache)
+    if options.fitted is not None:
+        uses = _fitted_set(options.fitted, bank, uses, cache)
+        seats = uses.used_items()
+    stocks = {
+        name: stock.build(options.furniture, name == "test", options.seed, seats if name == "train" else None)
+        for name in store.SPLITS
+    }
     return RoomBuilder(cache, options.seed, stocks, bank, Search(bank), uses, options.episodes)
 
 
 def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
     """Sits and lies fitted to each piece, instead of the composed ones."""
     from ..composition.stitch import WalkIndex
-    from .episodes.fitted import Fitted
+    from .uses.fitted import Fitted
 
     firsts = np.flatnonzero(np.diff(bank.clip, prepend=-1))
     clip = min((event.clip for event in composed.events), key=len)
     return Fitted(composed, WalkIndex([clip], history=2), bank.names, firsts, cache / "fitted")
+
+
+def _fitted_set(paths: list[Path], bank: banks.Bank, others: Uses, cache: Path) -> FittedSet:
+    """Sits and lies of files for training rooms; ``others`` for the pieces of test rooms."""
+    kept = cache / "fitted.pkl"
+    if not kept.exists():
+        made = FittedSet(paths, bank)
+        part = kept.with_suffix(f".{os.getpid()}")
+        part.write_bytes(pickle.dumps(made))
+        part.replace(kept)
+    made = pickle.loads(kept.read_bytes())
+    made.others = others
+    return made
 
 
 def _one(task: tuple[int, str, int]) -> dict:
@@ -96,12 +120,21 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--uses", choices=("composed", "fitted"), default="composed", help="sits and lies on furniture"
     )
+    parser.add_argument(
+        "--fitted",
+        type=Path,
+        nargs="+",
+        help="training sets of fitted sits and lies; their pieces furnish training rooms",
+    )
     parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
     parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")
     parser.add_argument(
         "--first", type=int, default=0, help="number of the first room, to make a part of them"
     )
     parser.add_argument("--last", type=int, help="number after the last room")
+    parser.add_argument(
+        "--split", choices=store.SPLITS, help="only the rooms of one side, to make a part of them"
+    )
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)
     if not shutil.os.path.isdir(options.mocap):
@@ -109,23 +142,37 @@ def main(arguments: list[str] | None = None) -> int:
     began = time.time()
     _room_builder = room_builder(options)
     numbers = range(options.first, options.rooms if options.last is None else options.last)
+    numbers = [k for k in numbers if options.split in (None, split_of(k))]
     tasks = [(k, split_of(k), pictures_of(split_of(k), options.rooms, options.pictures)) for k in numbers]
-    if options.workers > 1:
-        with multiprocessing.get_context("fork").Pool(options.workers) as pool:
-            rooms = list(pool.imap_unordered(_one, tasks))
+    for done, _ in enumerate(_rooms(tasks, options.workers), 1):
+        if done % LISTED == 0:
+            finish(options)
+    rooms, counts, hours = finish(options)
+    print(f"{rooms} rooms, {hours:.2f} hours, {counts}, {time.time() - began:.0f} s")
+    return 0
+
+
+def _rooms(tasks: list[tuple[int, str, int]], workers: int) -> Iterator[dict]:
+    if workers > 1:
+        with multiprocessing.get_context("fork").Pool(workers) as pool:
+            yield from pool.imap_unordered(_one, tasks)
     else:
-        rooms = [_one(task) for task in tasks]
-    rooms.sort(key=lambda r: r["number"])
+        yield from map(_one, tasks)
+
+
+def finish(options: argparse.Namespace) -> tuple[int, dict[str, int], float]:
+    """Write lists and manifest of the rooms that are there; return their number, lengths of the lists, and hours."""
+    every = (entry(options.output, k, split_of(k)) for k in range(options.rooms))
+    rooms = [room for room in every if room is not None]
     counts = windows.write(options.output, rooms, options.seed)
-    frames = sum(r["frames"] for r in rooms)
+    hours = sum(r["frames"] for r in rooms) / 108_000
     manifest = {
-        "version": store.VERSION, "seed": options.seed, "fps": 30, "hours": frames / 108_000, "counts": counts,
+        "version": store.VERSION, "seed": options.seed, "fps": 30, "hours": hours, "counts": counts,
         "quaternion_unit": store.QUATERNION, "depth_unit": store.DEPTH_UNIT, "normal_unit": store.NORMAL_UNIT,
         "clips": _room_builder.bank.names, "rooms": rooms,
     }  # fmt: skip
     store.write_json(options.output / "manifest.json", manifest)
-    print(f"{len(rooms)} rooms, {frames / 108_000:.2f} hours, {counts}, {time.time() - began:.0f} s")
-    return 0
+    return len(rooms), counts, hours
 
 
 if __name__ == "__main__":

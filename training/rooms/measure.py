@@ -19,17 +19,17 @@ from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
 from ..mocap import clip_files
+from ..mocap.events import headings
 from ..mocap.posture import neutralised
 from .classes import CLASS
-from .corpus import store, views
+from .corpus import store
+from .episodes import depth
 from .episodes.bank import LABELS, SETS
 from .make import DEFAULT_MOCAP
 
-SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
 DEEP = 0.02  # metres
 STRIDE = 10  # frames between two that penetration is looked at
-SAMPLE = 0.015  # metres between surface samples
-BACKED = 0.45  # metres that a piece rises over its seat's pelvis, less that of a back's least height
+BACK = (0.10, 0.45, 0.2)  # metres over, behind and aside of the pelvis in which a place has a back
 COMPONENTS = 24  # of a pose, for Fréchet distances
 KNEES = (("left_hip", "left_knee", "left_ankle"), ("right_hip", "right_knee", "right_ankle"))
 
@@ -52,46 +52,12 @@ def jerk(motion: Motion) -> float:
     return float(np.percentile(np.linalg.norm(np.diff(joints, 3, axis=0), axis=-1) * motion.fps**3, 99))
 
 
-class Hard:
-    """The hard objects of a room, for penetration in both directions."""
-
-    def __init__(self, data: store.RoomData) -> None:
-        room = data.room
-        soft = [k for k, c in enumerate(room.categories) if c in SOFT]
-        shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
-        triangles = room.triangles[~np.isin(room.objects, soft) & ~shell]
-        self.obstacles = Obstacles(triangles)
-        area = (
-            np.linalg.norm(
-                np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=-1
-            ).sum()
-            / 2
-        )
-        self.samples, _ = geometry.sample_surface(triangles, int(area / SAMPLE**2), seed=0)
-
-    def skin_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
-        """The deepest skin (T,) inside of things, metres."""
-        return self.obstacles.depth(human.skin(body, motion, body.collision))[0].max(1)
-
-    def surface_depth(self, motion: Motion, body: human.Human) -> np.ndarray:
-        """The deepest surface sample (T,) inside the body, metres from the nearest skin."""
-        triangles, _ = views.faces()
-        out = np.zeros(len(motion))
-        for frame, skin in enumerate(human.skin(body, motion)):
-            low, high = skin.min(0), skin.max(0)
-            near = self.samples[((self.samples > low) & (self.samples < high)).all(-1)]
-            if not len(near):
-                continue
-            corners = skin[triangles]
-            face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            normal = np.zeros_like(skin)
-            for k in range(3):
-                np.add.at(normal, triangles[:, k], face)
-            gap, nearest = cKDTree(skin).query(near, distance_upper_bound=0.12)
-            found = np.isfinite(gap)
-            inside = ((near[found] - skin[nearest[found]]) * normal[nearest[found]]).sum(-1) < 0
-            out[frame] = gap[found][inside].max(initial=0.0)
-        return out
+def hard_obstacles(data: store.RoomData) -> Obstacles:
+    """The hard objects of a room, walls included."""
+    room = data.room
+    soft = [k for k, c in enumerate(room.categories) if c in depth.SOFT]
+    shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+    return Obstacles(room.triangles[~np.isin(room.objects, soft) & ~shell])
 
 
 def leaning(data: store.RoomData, episode: int) -> list[float]:
@@ -106,17 +72,21 @@ def leaning(data: store.RoomData, episode: int) -> list[float]:
         frame = int(run[len(run) // 2])
         motion = data.motion(episode, frame, 1)
         piece = data.room.triangles[data.room.objects == objects[frame]]
-        pelvis = motion.root[0]
-        if not len(piece) or piece[..., 1].max() < pelvis[1] + 0.18:
+        if not len(piece):
+            continue
+        points, _ = geometry.sample_surface(piece, 8000, seed=0)
+        away = points - motion.root[0]
+        yaw = headings(motion.root, motion.rotations)[0]
+        behind = -(away[:, 0] * np.sin(yaw) + away[:, 2] * np.cos(yaw))
+        aside = np.abs(away[:, 0] * np.cos(yaw) - away[:, 2] * np.sin(yaw))
+        back = points[(away[:, 1] > BACK[0]) & (behind > 0) & (behind < BACK[1]) & (aside < BACK[2])]
+        if len(back) < 10:
             continue
         body = data.body(episode)
         skin = human.skin(body, motion)[0]
         owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
         rear = np.isin(owner, [3, 6, 9]) & (body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25))
-        points, _ = geometry.sample_surface(piece, 8000, seed=0)
-        behind = points[points[:, 1] > pelvis[1] + 0.05]
-        if len(behind):
-            out.append(float(cKDTree(behind).query(skin[rear])[0].min()))
+        out.append(float(cKDTree(back).query(skin[rear])[0].min()))
     return out
 
 
@@ -165,14 +135,14 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
     every = [(r["number"], e) for r in corpus.manifest["rooms"] for e in range(r["episodes"])]
     chosen = sorted(every[k] for k in rng.permutation(len(every))[:count])
     deep, knees, slides, jerks, leans, poses = [], {"idle": [], "walk": []}, [], [], [], []
-    hard: tuple[int, Hard | None] = (-1, None)
+    hard: tuple[int, Obstacles | None] = (-1, None)
     for number, episode in chosen:
         data = corpus.room(number)
         if hard[0] != number:
-            hard = number, Hard(data)
+            hard = number, hard_obstacles(data)
         motion, body = data.motion(episode), data.body(episode)
         few = motion.pose_slice(slice(None, None, STRIDE))
-        deep.append(max(hard[1].skin_depth(few, body).max(), hard[1].surface_depth(few, body).max()))
+        deep.append(depth.deepest(hard[1], few, body))
         first, last = (int(v) for v in data.bounds[episode : episode + 2])
         labels = data.array("motion", "labels")[first:last]
         flexion = knee_flexion(motion)
@@ -192,10 +162,10 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
     frames = np.array([r["frames"] for r in rooms])
     return {
         "rooms, episodes, hours": (len(rooms), sum(r["episodes"] for r in rooms), round(corpus.manifest["hours"], 2)),
-        "as captured before and after IK": [
-            round(float(np.average([r[name] for r in rooms], weights=frames)), 3)
-            for name in ("captured", "captured_after_ik")
-        ],
+        "frames as captured, degrees before (joined) and after IK": {
+            name: round(float(np.average([r["captured"][name] for r in rooms], weights=frames)), 3)
+            for name in rooms[0]["captured"]
+        },
         "episodes deeper than 2 cm": (round(float((deep > DEEP).mean()), 3), len(deep)),
         "depth, 50 and 90 %": np.percentile(deep, [50, 90]).round(3).tolist(),
         "knees idle, walk, straightest 20th": _knees(idle, walk),

@@ -12,7 +12,7 @@ from ... import frames
 from ...scene.navmesh.navmesh import NavMesh
 from ...scene.navmesh.path import Path
 from ...scene.voxels import InteractionGrid
-from ..scene.read_scene import OVERLAY_KEY
+from ..scene.candidates import OVERLAY_KEY
 
 COLLECTION = "SAMP"
 LIFT = 0.02

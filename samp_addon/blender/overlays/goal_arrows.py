@@ -19,7 +19,8 @@ from ...scene.seats import seats
 from ...scene.seats.support import SupportMap
 from ..character import characters
 from ..scene import pieces, read_scene
-from ..scene.read_scene import OVERLAY_KEY, Target
+from ..scene.candidates import OVERLAY_KEY
+from ..scene.read_scene import Target
 
 COLLECTION = "SAMP Goals"
 TARGET_KEY = "samp_goal_target"

@@ -13,7 +13,7 @@ from ... import frames
 from ...pipeline.job import Job
 from ..character import start
 from ..character.start import Place
-from ..scene.read_scene import OVERLAY_KEY
+from ..scene.candidates import OVERLAY_KEY
 
 MARKER_KEY = "samp_start_marker"
 """Custom property of a start marker, which is a child of its character."""

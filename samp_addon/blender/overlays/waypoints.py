@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import frames
 from ...errors import SampError
-from ..scene.read_scene import OVERLAY_KEY
+from ..scene.candidates import OVERLAY_KEY
 
 COLLECTION = "SAMP Way-points"
 NUMBER_KEY = "samp_waypoint"

@@ -7,13 +7,16 @@ from mathutils import Vector
 
 NO_FURNITURE = frozenset({"ARMATURE", "CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER"})
 
+OVERLAY_KEY = "samp_overlay"
+"""Custom property of overlay objects of this add-on; they are never part of the scene."""
+
 THIN, WIDE = 0.15, 2.5
 """Metres: an object that is thinner than THIN and wider than WIDE in both directions is a floor, not furniture."""
 
 
 def is_furniture(obj: bpy.types.Object) -> bool:
     """Return whether an object can be a target: not a character, light, camera or speaker, and not a floor."""
-    if obj.get("samp_overlay"):
+    if obj.get(OVERLAY_KEY):
         return bool(obj.get("samp_goal_target"))  # a goal's arrow stands for the furniture that it is on
     return obj.type not in NO_FURNITURE and obj.find_armature() is None and not is_floor(obj)
 

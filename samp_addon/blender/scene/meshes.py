@@ -10,9 +10,7 @@ import numpy as np
 
 from ... import frames
 from ...scene.furniture import scatter
-
-OVERLAY_KEY = "samp_overlay"
-"""Custom property of overlay objects of this add-on; they are never part of the scene."""
+from .candidates import OVERLAY_KEY
 
 HULLS = ("UCX_", "UBX_", "USP_", "UCP_")
 """Prefixes of collision hulls of game engines, which enclose furniture and are not rendered there."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import bpy
+import numpy as np
 
 from ...scene.furniture import parts, room
 from ...scene.furniture.belongings import belongings
@@ -13,12 +14,20 @@ from .read_scene import Target
 
 
 def piece(
-    context: bpy.types.Context, geometry: SceneGeometry, target: Target, action: str
+    context: bpy.types.Context,
+    geometry: SceneGeometry,
+    target: Target,
+    action: str,
+    point: np.ndarray | None = None,
 ) -> tuple[SceneGeometry, Target]:
-    """Return the target with all that belongs to it; of a whole room, the piece that is meant."""
+    """Return the target with all that belongs to it; of a whole room, the piece that is meant.
+
+    point: (3,) on that piece, network frame, as under a click; without one, it is the piece with the best place.
+    """
     mine = geometry.is_one_of(target.parts)
     if target.hint is not None or parts.is_room(geometry.triangles[mine], geometry.object_ids[mine]):
-        chosen = room.choose(geometry, target.parts, action, target.hint)
+        hint = target.hint if point is None else point
+        chosen = room.choose(geometry, target.parts, action, hint)
         if chosen is not None:
             name = f"{target.name} (part)"
             geometry = geometry.renamed(chosen, name)

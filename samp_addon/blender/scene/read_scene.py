@@ -14,7 +14,7 @@ from ...errors import SampError
 from ...scene import geometry
 from ...scene.geometry import SceneGeometry
 from . import meshes
-from .meshes import OVERLAY_KEY
+from .candidates import OVERLAY_KEY
 from .regions import Region, find_region
 
 CUSHION_KEY = "samp_cushion"

@@ -40,7 +40,8 @@ def read_view(
     if step.target and "target" in needs:
         target = read_scene.read_target(context, step.target, people)
         if step.action in SEATED:
-            geometry, target = pieces.piece(context, geometry, target, step.action)
+            point = None if step.point is None else frames.to_network(np.array(step.point))
+            geometry, target = pieces.piece(context, geometry, target, step.action, point)
             found["characters"] = pieces.characters(context)
         found |= {"target": target.triangles, "parts": target.parts}
         if "goals" in needs:

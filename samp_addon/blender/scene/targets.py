@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from mathutils import Vector
 
 from ...errors import SampError
 from ...scene.furniture import parts
@@ -12,6 +13,10 @@ from . import candidates
 
 LARGEST = 4.0
 """Largest width of furniture in metres; a larger parent is a part of the room."""
+
+
+MOST_HITS, PAST = 64, 1e-3
+"""Surfaces in front of a target that a click passes, and metres past each."""
 
 
 def clicked_target(context: bpy.types.Context) -> str:
@@ -27,6 +32,45 @@ def clicked_target(context: bpy.types.Context) -> str:
         if candidates.is_furniture(obj):
             return _whole(obj).name
     raise SampError(f"{candidates.why_none(context)}; select furniture, or choose a target.")
+
+
+def is_room(context: bpy.types.Context, name: str) -> bool:
+    """Return whether a target is wider than furniture, so that a click has to say which piece of it is meant."""
+    obj = context.scene.objects.get(name)
+    return obj is not None and obj.type == "MESH" and _width(obj) > LARGEST
+
+
+def point_under(context: bpy.types.Context, x: int, y: int, name: str) -> tuple[float, float, float] | None:
+    """Return the point (x, y, z) of a target under a place of the window, pixels, or None beside it."""
+    from bpy_extras import view3d_utils
+
+    for area in context.window.screen.areas:
+        region = next((r for r in area.regions if r.type == "WINDOW"), None)
+        if area.type != "VIEW_3D" or region is None:
+            continue
+        at = x - region.x, y - region.y
+        if 0 <= at[0] < region.width and 0 <= at[1] < region.height:
+            view = area.spaces.active.region_3d
+            origin = view3d_utils.region_2d_to_origin_3d(region, view, at)
+            return hit(context, origin, view3d_utils.region_2d_to_vector_3d(region, view, at), name)
+    return None
+
+
+def hit(
+    context: bpy.types.Context, origin: Vector, direction: Vector, name: str
+) -> tuple[float, float, float] | None:
+    """Return the first point of a target and its children on a ray, or None; other objects do not cover it."""
+    target = context.scene.objects[name]
+    own = {target.name, *(child.name for child in target.children_recursive)}
+    depsgraph = context.evaluated_depsgraph_get()
+    for _ in range(MOST_HITS):
+        found, point, _, _, obj, _ = context.scene.ray_cast(depsgraph, origin, direction)
+        if not found:
+            return None
+        if obj.name in own:
+            return tuple(point)
+        origin = point + direction * PAST
+    return None
 
 
 def _is_character(obj: bpy.types.Object) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ...errors import PathError, SampError, UsageError
 from ...vocabulary import SEATED
 from ..method import Draw, Option, checked_settings
+from .installed import installed
 
 if TYPE_CHECKING:
     from ...progress import Progress
@@ -43,10 +44,13 @@ class LongTerm:
         Option("pause", "seconds at each sub-goal but the last", default=0.7, minimum=0.0, maximum=60.0),
     )
     batch_size = 8
-    weights = ("long_term_prior", "long_term_sub_goal", "long_term_route", "long_term_pose")
 
     def __init__(self, networks: Networks | None = None) -> None:
         self._networks = networks
+
+    def installed(self) -> bool:
+        """Return whether the trained weights are there."""
+        return self._networks is not None or installed()
 
     def check(self, step: Step) -> None:
         """Raise UsageError where there are neither sub-goals nor an action with a target or a place."""

@@ -22,8 +22,8 @@ from ...errors import SampError
 from ...motion import Motion
 from ...torch_threads import single_thread
 from .figure import Figure, as_motion
+from .installed import WEIGHTS
 
-NAMES = ("long_term_prior", "long_term_sub_goal", "long_term_route", "long_term_pose")
 FRAMES = (14, 90)
 """Fewest and most frames of a window; longer ones were not trained."""
 
@@ -171,7 +171,7 @@ def _world(points: np.ndarray, origin: np.ndarray, yaw: float) -> np.ndarray:
 @functools.cache
 def _load(folder: Path | None, versions: tuple) -> Networks:
     nets = []
-    for name, net in zip(NAMES, (PosePrior(), SubGoalNet(), GuidedRoute(), GuidedPose()), strict=True):
+    for name, net in zip(WEIGHTS, (PosePrior(), SubGoalNet(), GuidedRoute(), GuidedPose()), strict=True):
         weights.fill(net, weights.load_weights(name, folder), weights.weights_path(name, folder))
         nets.append(net.eval().requires_grad_(False))
     return Networks(*nets)
@@ -180,6 +180,6 @@ def _load(folder: Path | None, versions: tuple) -> Networks:
 def load(folder: Path | None = None) -> Networks:
     """Return the trained networks, cached. folder: of other weights than the shipped ones. Raises SampError."""
     try:
-        return _load(folder, tuple(weights.file_version(name, folder) for name in NAMES))
+        return _load(folder, tuple(weights.file_version(name, folder) for name in WEIGHTS))
     except weights.WeightsError as error:
         raise SampError(str(error)) from error

@@ -38,6 +38,10 @@ class Samp:
     def __init__(self, networks: Networks | None = None) -> None:
         self._networks = networks
 
+    def installed(self) -> bool:
+        """Return True: the weights are part of the extension."""
+        return True
+
     def check(self, step: Step) -> None:
         """Raise UsageError where the action's target or place is missing or is not for it."""
         if not step.action:

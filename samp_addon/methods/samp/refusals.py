@@ -13,7 +13,7 @@ from ...errors import PathError, SampError
 from ...motion import Goal
 from ...scene.distance import solids
 from ...scene.furniture import parts
-from ...scene.geometry import extent
+from ...scene.geometry import area_vectors, extent
 from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import path as paths
 from ...scene.seats import seats
@@ -34,6 +34,12 @@ CROUCHED = 1.2
 
 LIMITS = {"sit": (0.22, 0.86), "lie": (0.08, 0.86)}
 """Heights over the floor of what is sat and lain on, metres."""
+
+SIZE_COUNTS = 0.05
+"""Metres of distance for each metre of size, in the order in which objects are suspected."""
+
+LEVEL, STEP, DROP = 0.7, 0.3, 1.2
+"""Vertical component of the normal of a floor, and metres over and below a place within which it is its floor."""
 
 Works = Callable[[np.ndarray], bool]
 
@@ -87,7 +93,9 @@ def no_way(step: Step, scene: SceneView, start: np.ndarray, goal: Goal, error: S
                 f"'{name}' is only {height:.2f} m above the floor at '{step.target}', too low for a character that "
                 f"needs {agent.height:.2f} m; raise the ceiling, or hide it in renders."
             )
-    blocking = _blocking(scene, works, low - REACH, high + REACH)
+    given = start if scene.start is not None or scene.after else low
+    reach = np.minimum(low, given) - REACH, np.maximum(high, given) + REACH
+    blocking = _blocking(scene, works, *reach, floor=(start, goal.position))
     if blocking:
         who = [scene.characters[name] for name in blocking if name in scene.characters]
         names = _listed(who or blocking)
@@ -113,8 +121,14 @@ def nothing_walkable(scene: SceneView, error: SampError) -> SampError:
     )
 
 
-def _blocking(scene: SceneView, works: Works, low: np.ndarray, high: np.ndarray) -> list[str]:
-    """Return the fewest objects without which it works, or none where it fails even without all of them."""
+def _blocking(
+    scene: SceneView, works: Works, low: np.ndarray, high: np.ndarray, floor: Sequence[np.ndarray] = ()
+) -> list[str]:
+    """Return the fewest objects without which it works, or none where it fails even without all of them.
+
+    low, high: (3,) of the box in which objects are looked for. floor: start and goal (3,), whose floor is not
+    in the way.
+    """
     others = scene.geometry.without(scene.parts)
     near = (others.triangles.max(axis=1) >= low).all(axis=1) & (others.triangles.min(axis=1) <= high).all(
         axis=1
@@ -122,8 +136,9 @@ def _blocking(scene: SceneView, works: Works, low: np.ndarray, high: np.ndarray)
     numbers = np.unique(others.object_ids[near])
     middle = (low + high) / 2
     away = [_distance(others.triangles[others.object_ids == number], middle) for number in numbers]
-    numbers = numbers[np.argsort(away, kind="stable")][:MOST]
-    removed = [int(number) for number in numbers]
+    numbers = numbers[np.argsort(away, kind="stable")]
+    removed = [int(n) for n in numbers if not _is_floor(others.triangles[others.object_ids == n], floor)]
+    removed = removed[:MOST]
     if not removed or not works(~np.isin(others.object_ids, removed)):
         return []
     # The farthest are put back first, so that the nearest are named.
@@ -137,7 +152,24 @@ def _blocking(scene: SceneView, works: Works, low: np.ndarray, high: np.ndarray)
 def _distance(triangles: np.ndarray, point: np.ndarray) -> float:
     low, high = extent(triangles)
     gap = np.maximum(np.maximum(low - point, point - high), 0)
-    return float(np.linalg.norm(gap) + 1e-3 * np.linalg.norm((low + high) / 2 - point))
+    # Of two at the same distance the smaller one is more easily moved: a door in its wall.
+    size = SIZE_COUNTS * np.linalg.norm(high - low)
+    return float(np.linalg.norm(gap) + size + 1e-3 * np.linalg.norm((low + high) / 2 - point))
+
+
+def _is_floor(triangles: np.ndarray, places: Sequence[np.ndarray]) -> bool:
+    """Return whether triangles (F, 3, 3) have a level surface below one of the places (3,) and are wide, as a floor
+    or a hill is."""
+    if np.ptp(triangles, axis=(0, 1))[[0, 2]].min() < parts.LARGEST:
+        return False
+    vectors = area_vectors(triangles)
+    level = triangles[np.abs(vectors[:, 1]) > LEVEL * np.linalg.norm(vectors, axis=1)]
+    low, high = level.min(axis=1), level.max(axis=1)
+    for place in places:
+        over = ((low <= place) & (high >= place))[:, [0, 2]].all(axis=1)
+        if (over & (high[:, 1] < place[1] + STEP) & (high[:, 1] > place[1] - DROP)).any():
+            return True
+    return False
 
 
 def _in_the_way(step: Step, scene: SceneView, blocking: Sequence[str]) -> str:

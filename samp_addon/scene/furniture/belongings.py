@@ -1,4 +1,5 @@
-"""What belongs to a piece of furniture: the cushions, pillows and duvets on it, and the frame that carries it.
+"""What belongs to a piece of furniture: the cushions, pillows and duvets on it, the frame that carries it, and the
+headboard or back that stands at it.
 
 Imported furniture is often several objects without a parent. Network frame, metres.
 """
@@ -9,8 +10,10 @@ from collections.abc import Collection
 
 import numpy as np
 
+from ... import frames
 from .. import geometry
 from ..geometry import SceneGeometry
+from ..seats.front import dominant_axis
 
 WIDEST = 3.5
 """Width of the largest frame or covering."""
@@ -25,6 +28,10 @@ LOWEST_FRAME = 0.12
 """Height over its own foot at which a frame carries; lower ones are rugs."""
 GAP, SUNK = 0.05, 0.12
 """Distance from a surface within which a thing rests on it, and the depth that it may be pressed in."""
+LEAST_BOARD, HIGHEST_BOARD, THICKEST_BOARD = 0.12, 0.95, 0.25
+"""Height of a headboard over the mattress at least and at most, and its thickness."""
+WIDEST_BOARD = 2.0
+"""Width of a headboard relative to the bed's; a wider one is a wall."""
 OVER = 0.6
 """Least share of a footprint that is over the other one."""
 
@@ -51,6 +58,7 @@ def belongings(
     while added:
         added = [n for n in boxes.near(whole) if n not in whole | barred and boxes.rests(n, whole)]
         whole |= set(added)
+    whole |= {n for n in boxes.near(whole) if n not in whole | barred and boxes.backs(n, whole)}
     return tuple(scene.names[number] for number in sorted(whole - inside))
 
 
@@ -92,6 +100,31 @@ class _Boxes:
         if frame[0] * frame[2] > LARGEST_RATIO * max(size[0] * size[2], 1e-6):
             return False
         return self._lies_on(low, high, [number])
+
+    def backs(self, number: int, numbers: Collection[int]) -> bool:
+        """Return whether an object is a board that stands upright at one side of some others, as wide as that side."""
+        whole = self.scene.triangles[np.isin(self.scene.object_ids, list(numbers))]
+        board = self.scene.triangles[self.scene.object_ids == number]
+        if geometry.areas(whole).sum() < geometry.MINIMUM_AREA:
+            return False
+        axes = frames.yawed_axes(dominant_axis(whole))
+        low, high = geometry.extent(whole @ axes)
+        least, most = geometry.extent(board @ axes)
+        rise = most[1] - high[1]
+        if not LEAST_BOARD < rise < HIGHEST_BOARD:
+            return False
+        for across, along in ((0, 2), (2, 0)):
+            wide = high[across] - low[across]
+            shared = min(most[across], high[across]) - max(least[across], low[across])
+            outside = max(least[along] - high[along], low[along] - most[along])
+            if (
+                most[along] - least[along] < THICKEST_BOARD
+                and shared > OVER * wide
+                and most[across] - least[across] < WIDEST_BOARD * wide
+                and -SUNK < outside < GAP
+            ):
+                return True
+        return False
 
     def _box(self, numbers: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
         rows = list(numbers)

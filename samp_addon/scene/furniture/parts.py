@@ -8,8 +8,10 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
 
 from .. import geometry
+from ..navmesh.lattice import clip_to_box
 
 LARGEST = 4.0
 """Width of the largest piece of furniture; what is wider is a room or a part of its shell."""
@@ -29,6 +31,8 @@ SLAB, FLOOR_SHARE = 0.15, 0.8
 """Height of the thickest floor of a diorama, and its least share of the footprint."""
 MOST_PARTS = 3000
 """Parts that are grouped; the smaller ones of a room with more stay with the room."""
+MEETING_SAMPLES = 2000
+"""Points on each of two surfaces that may touch."""
 WELD = 1e-4
 """Distance at which corners of triangles are one vertex."""
 
@@ -86,7 +90,10 @@ def pieces(triangles: np.ndarray, object_ids: np.ndarray) -> tuple[list[np.ndarr
     if len(chosen) > MOST_PARTS:
         chosen = np.sort(chosen[np.argsort(-size[chosen].prod(axis=1))[:MOST_PARTS]])
     group = np.full(count, -1)
-    group[chosen] = _touching(low[chosen], high[chosen])
+    order = np.argsort(part, kind="stable")
+    bounds = np.searchsorted(part[order], [chosen, chosen + 1])
+    surfaces = [triangles[order[first:last]] for first, last in bounds.T]
+    group[chosen] = _touching(low[chosen], high[chosen], surfaces)
     of = group[part]
     found = [np.flatnonzero(of == number) for number in range(int(group.max(initial=-1)) + 1)]
     found = [piece for piece in found if _carries(triangles[piece])]
@@ -125,17 +132,38 @@ def _floor(triangles: np.ndarray) -> float:
     return float(height[wide][height[wide] < first + THICKEST].max())
 
 
-def _touching(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the group (N,) of boxes from low to high (N, 3) that touch each other, directly or by others."""
+def _touching(low: np.ndarray, high: np.ndarray, surfaces: list[np.ndarray]) -> np.ndarray:
+    """Return the group (N,) of parts that touch each other, directly or by others.
+
+    low, high: (N, 3) of their boxes. surfaces: triangles (F, 3, 3) of each. Boxes side by side touch; where one is
+    in the other, as a chair that stands under a table, the surfaces decide.
+    """
     rows, columns = [np.arange(len(low))], [np.arange(len(low))]
     for number in range(len(low)):
         near = (low[number + 1 :] <= high[number] + TOUCHING) & (high[number + 1 :] >= low[number] - TOUCHING)
         others = np.flatnonzero(near.all(axis=1)) + number + 1
+        shared = np.minimum(high[others], high[number]) - np.maximum(low[others], low[number])
+        deep = (shared > TOUCHING).all(axis=1)
+        met = [not d or _meet(surfaces[number], surfaces[k]) for d, k in zip(deep, others, strict=True)]
+        others = others[np.array(met, dtype=bool)]
         rows.append(np.full(len(others), number))
         columns.append(others)
     row, column = np.concatenate(rows), np.concatenate(columns)
     links = sparse.coo_matrix((np.ones(len(row), dtype=bool), (row, column)), shape=(len(low), len(low)))
     return csgraph.connected_components(links, directed=False)[1]
+
+
+def _meet(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether two surfaces (F, 3, 3), (G, 3, 3) come within TOUCHING of each other."""
+    bounds = geometry.extent(one), geometry.extent(other)
+    low = np.maximum(bounds[0][0], bounds[1][0]) - TOUCHING
+    high = np.minimum(bounds[0][1], bounds[1][1]) + TOUCHING
+    clipped = [clip_to_box(surface, low, high) for surface in (one, other)]
+    if any(len(surface) == 0 or geometry.areas(surface).sum() < geometry.MINIMUM_AREA for surface in clipped):
+        return False
+    points = [geometry.spread_over_surface(surface, MEETING_SAMPLES)[0] for surface in clipped]
+    spacing = max(np.sqrt(geometry.areas(surface).sum() / MEETING_SAMPLES) for surface in clipped)
+    return bool(cKDTree(points[0]).query(points[1])[0].min() < max(TOUCHING, spacing))
 
 
 def _carries(triangles: np.ndarray) -> bool:

@@ -7,12 +7,14 @@ from collections.abc import Collection
 import numpy as np
 
 from ..distance import solids
-from ..geometry import SceneGeometry, extent
+from ..geometry import SceneGeometry, extent, spread_over_surface
 from ..seats import seats
 from . import parts
 
 MOST_PIECES = 40
 """Pieces that are tried, the largest ones."""
+SAMPLES = 20_000
+"""Points on the surface of a piece, to tell which one is under a click."""
 AROUND = 1.0
 """Metres around a piece in which other things are in the way."""
 
@@ -29,7 +31,7 @@ def choose(
     found, floor = parts.pieces(scene.triangles[mine], scene.object_ids[mine])
     found = [mine[piece] for piece in found]
     if hint is not None and found:
-        return min(found, key=lambda piece: _distance(scene.triangles[piece], hint))
+        return _nearest(scene.triangles, found, hint)
     best, most = None, 0.0
     for piece in found[:MOST_PIECES]:
         score = _score(scene, piece, action, floor)
@@ -38,9 +40,15 @@ def choose(
     return best
 
 
-def _distance(triangles: np.ndarray, point: np.ndarray) -> float:
-    low, high = extent(triangles)
-    return float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0)))
+def _nearest(triangles: np.ndarray, pieces: list[np.ndarray], point: np.ndarray) -> np.ndarray:
+    """Return the piece nearest to a point (3,): by its box and, of those that share it, by its surface."""
+    boxes = [extent(triangles[piece]) for piece in pieces]
+    away = [float(np.linalg.norm(np.maximum(np.maximum(a - point, point - b), 0))) for a, b in boxes]
+    near = [piece for piece, d in zip(pieces, away, strict=True) if d < min(away) + parts.TOUCHING]
+    if len(near) == 1:
+        return near[0]
+    samples = (spread_over_surface(triangles[piece], SAMPLES)[0] for piece in near)
+    return near[int(np.argmin([np.linalg.norm(points - point, axis=1).min() for points in samples]))]
 
 
 def _score(scene: SceneGeometry, piece: np.ndarray, action: str, floor: float) -> float:

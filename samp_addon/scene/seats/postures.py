@@ -8,6 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from .probes import (
+    at_bodies,
+    blocked_share,
+    edge_distance,
+    first_hit,
+    lattice,
+    lines_blocked,
+    share_within,
+    side_edge_distance,
+    support_share,
+)
 from .support import SupportMap
 
 SEAT_TO_PELVIS = 0.18
@@ -17,29 +28,16 @@ BED_TO_PELVIS = 0.12
 """Height of the pelvis joint over the mattress of a body on its back (captured: 0.09 to 0.16)."""
 SIT_HEIGHTS = (0.22, 0.86)
 LIE_HEIGHTS = (0.08, 0.86)
-WIDEST_STEP = 0.06
-
-
-def _lattice(
-    across: tuple[float, float], ahead: tuple[float, float], step: float = 0.045, stride: float | None = None
-) -> np.ndarray:
-    """Return body-frame points (P, 2), left and forward, that fill a rectangle.
-
-    step: spacing, metres. stride: spacing in the forward direction, if different.
-    """
-    n = [max(int(round((b - a) / s)) + 1, 2) for (a, b), s in ((across, step), (ahead, stride or step))]
-    left, forward = np.meshgrid(np.linspace(*across, n[0]), np.linspace(*ahead, n[1]), indexing="ij")
-    return np.stack([left.ravel(), forward.ravel()], axis=-1)
 
 
 LOOK = 0.024
 """Metres: spacing of lines that test for thin walls, which are one cell thick."""
-BUTTOCK_LEFT, BUTTOCK_RIGHT = _lattice((0.03, 0.14), (-0.09, 0.08)), _lattice((-0.14, -0.03), (-0.09, 0.08))
-THIGH_SUPPORT = _lattice((-0.14, 0.14), (0.08, 0.17))
-TORSO = _lattice((-0.17, 0.17), (-0.10, 0.10))
-THIGHS = _lattice((-0.17, 0.17), (0.12, 0.50), 0.06, LOOK)
-SHINS = _lattice((-0.26, 0.26), (0.38, 0.56))
-AHEAD = _lattice((-0.15, 0.15), (0.14, 0.40), 0.05, LOOK)
+BUTTOCK_LEFT, BUTTOCK_RIGHT = lattice((0.03, 0.14), (-0.09, 0.08)), lattice((-0.14, -0.03), (-0.09, 0.08))
+THIGH_SUPPORT = lattice((-0.14, 0.14), (0.08, 0.17))
+TORSO = lattice((-0.17, 0.17), (-0.10, 0.10))
+THIGHS = lattice((-0.17, 0.17), (0.12, 0.50), 0.06, LOOK)
+SHINS = lattice((-0.26, 0.26), (0.38, 0.56))
+AHEAD = lattice((-0.15, 0.15), (0.14, 0.40), 0.05, LOOK)
 AROUND = np.concatenate(
     [
         r * np.stack([np.sin(a), np.cos(a)], -1)
@@ -47,14 +45,14 @@ AROUND = np.concatenate(
         for a in [np.arange(16) * np.pi / 8]
     ]
 )
-BODY_SUPPORT = _lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
-BODY = _lattice((-0.19, 0.19), (-0.55, 0.62), 0.07)
+BODY_SUPPORT = lattice((-0.16, 0.16), (-0.52, 0.60), 0.06)
+BODY = lattice((-0.19, 0.19), (-0.55, 0.62), 0.07)
 SHOULDER_SIDES = np.concatenate(
-    [_lattice((a, b), (-0.55, 0.15), 0.03) for a, b in ((-0.26, -0.19), (0.19, 0.26))]
+    [lattice((a, b), (-0.55, 0.15), 0.03) for a, b in ((-0.26, -0.19), (0.19, 0.26))]
 )
-HEAD = _lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
-FEET = _lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
-BEYOND_HEAD = _lattice((-0.2, 0.2), (-1.30, -0.70), 0.08, LOOK)
+HEAD = lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
+FEET = lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
+BEYOND_HEAD = lattice((-0.2, 0.2), (-1.30, -0.70), 0.08, LOOK)
 BEYOND_FEET = BEYOND_HEAD * [1.0, -1.0]
 
 
@@ -63,7 +61,7 @@ def surface_height(grid: SupportMap, places: np.ndarray, radius: float = 0.09) -
 
     NaN where less than half of the surroundings support.
     """
-    patch = _lattice((-radius, radius), (-radius, radius), radius / 3)
+    patch = lattice((-radius, radius), (-radius, radius), radius / 3)
     heights = np.sort(grid.height(places[:, None] + patch), axis=1)  # NaN is sorted last
     known = np.isfinite(heights).sum(axis=1)
     median = heights[np.arange(len(places)), np.maximum(known - 1, 0) // 2]
@@ -84,8 +82,8 @@ def sit_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
 
 
 def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    sides = [_support_share(grid, places, yaws, height, part) for part in (BUTTOCK_LEFT, BUTTOCK_RIGHT)]
-    thighs = _support_share(grid, places, yaws, height, THIGH_SUPPORT)
+    sides = [support_share(grid, places, yaws, height, part) for part in (BUTTOCK_LEFT, BUTTOCK_RIGHT)]
+    thighs = support_share(grid, places, yaws, height, THIGH_SUPPORT)
     worst = np.minimum(*sides)
     return np.where(
         (worst >= 0.62) & (thighs >= 0.35), 0.5 * worst + 0.25 * sum(sides) / 2 + 0.25 * thighs, 0.0
@@ -93,7 +91,7 @@ def _sit_support(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
 
 
 def _shins_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    at = _at(places, yaws, SHINS)
+    at = at_bodies(places, yaws, SHINS)
     below = grid.blocked(at, np.minimum(0.12, height - 0.12)[:, None], (height - 0.04)[:, None])
     # A mattress may be a hollow sheet: no shins below the surface where it continues.
     on = grid.height(at) > height[:, None] - 0.12
@@ -101,15 +99,15 @@ def _shins_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: 
 
 
 def _torso_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return _share_free(_blocked_share(grid, places, yaws, TORSO, height + 0.13, height + 0.60), 0.06)
+    return _share_free(blocked_share(grid, places, yaws, TORSO, height + 0.13, height + 0.60), 0.06)
 
 
 def _thighs_free(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return _share_free(_lines_blocked(grid, places, yaws, THIGHS, height + 0.08, height + 0.24), 0.26)
+    return _share_free(lines_blocked(grid, places, yaws, THIGHS, height + 0.08, height + 0.24), 0.26)
 
 
 def _free_ahead(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray) -> np.ndarray:
-    return _share_free(_lines_blocked(grid, places, yaws, AHEAD, height + 0.14, height + 0.60), 0.30)
+    return _share_free(lines_blocked(grid, places, yaws, AHEAD, height + 0.14, height + 0.60), 0.30)
 
 
 def _share_free(hit: np.ndarray, most: float) -> np.ndarray:
@@ -121,23 +119,23 @@ def _sit_comfort(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height:
     ranges = np.arange(0.06, 0.45, 0.02)
     back = np.stack(
         [
-            _first_hit(grid, places, yaws, -ranges, x, height + 0.10, height + 0.42)
+            first_hit(grid, places, yaws, -ranges, x, height + 0.10, height + 0.42)
             for x in (-0.12, -0.05, 0.05, 0.12)
         ],
         1,
     )
     has_back = np.clip((0.42 - np.median(back, axis=1)) / 0.22, 0, 1) * np.mean(back < 0.42, axis=1)
     skew = np.where(has_back > 0.3, (back[:, 0] - back[:, -1]) / 0.07, 0.0)
-    front = np.stack([_edge(grid, places, yaws, ranges, x, height) for x in (-0.11, 0.0, 0.11)], 1)
+    front = np.stack([edge_distance(grid, places, yaws, ranges, x, height) for x in (-0.11, 0.0, 0.11)], 1)
     straight = np.exp(-(skew**2) - (np.ptp(front, axis=1) / 0.09) ** 2)
-    side = np.minimum(*[_side_edge(grid, places, yaws, ranges, s, height) for s in (-1, 1)])
-    behind = np.minimum(_edge(grid, places, yaws, -ranges, 0.0, height), 0.2) / 0.2
+    side = np.minimum(*[side_edge_distance(grid, places, yaws, ranges, s, height) for s in (-1, 1)])
+    behind = np.minimum(edge_distance(grid, places, yaws, -ranges, 0.0, height), 0.2) / 0.2
     room = np.clip(side / 0.22, 0.3, 1)
     # High seats have to be climbed and very low ones squatted on: possible, but rare.
     tall = np.interp(height, [0.22, 0.36, 0.52, 0.70, 0.86], [0.55, 1.0, 1.0, 0.55, 0.35])
     leaning = np.maximum(has_back, 0.4 * behind)
     # Places higher than an adjacent seat are its armrest, back or pillow.
-    drop = height[:, None] - grid.height(_at(places, yaws, AROUND))
+    drop = height[:, None] - grid.height(at_bodies(places, yaws, AROUND))
     lower = (drop > 0.07) & (drop < 0.45) & (drop < height[:, None] - SIT_HEIGHTS[0] + 0.05)
     over = lower.sum(axis=1) / np.maximum(np.isfinite(drop).sum(axis=1), 8)
     proper = np.interp(over, [0.2, 0.5], [1.0, 0.0])
@@ -148,19 +146,21 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     """Score (N,) lying on the back with the pelvis over the places; the yaws point from head to feet."""
     rows = np.flatnonzero(np.isfinite(height) & (height >= LIE_HEIGHTS[0]) & (height <= LIE_HEIGHTS[1]))
     score = np.zeros(len(places))
-    body = _support_share(grid, places[rows], yaws[rows], height[rows], BODY_SUPPORT, 0.10)
+    body = support_share(grid, places[rows], yaws[rows], height[rows], BODY_SUPPORT, 0.10)
     rows, body = rows[body >= 0.86], body[body >= 0.86]
     at = places[rows], yaws[rows], height[rows]
-    bump = _blocked_share(grid, at[0], at[1], BODY, at[2] + 0.20, at[2] + 0.50)
-    head = _share_within(grid, *at, HEAD, -0.06, 0.24)
-    feet_hit = _blocked_share(grid, at[0], at[1], FEET, at[2] + 0.22, at[2] + 0.5)
-    head_hit = _blocked_share(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
-    feet = _share_within(grid, *at, FEET, -0.10, 0.22)
+    bump = blocked_share(grid, at[0], at[1], BODY, at[2] + 0.20, at[2] + 0.50)
+    head = share_within(grid, *at, HEAD, -0.06, 0.24)
+    feet_hit = blocked_share(grid, at[0], at[1], FEET, at[2] + 0.22, at[2] + 0.5)
+    head_hit = blocked_share(grid, at[0], at[1], HEAD, at[2] + 0.35, at[2] + 0.55)
+    feet = share_within(grid, *at, FEET, -0.10, 0.22)
     good = (bump <= 0.06) & (head >= 0.75) & (feet_hit <= 0.1) & (head_hit <= 0.1)
     evidence = _head_evidence(grid, *at)
     headed = np.clip(0.5 + evidence, 0.1, 1.0)
     ranges = np.arange(0.06, 0.75, 0.03)
-    sides = np.stack([_edge(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1)
+    sides = np.stack(
+        [edge_distance(grid, at[0], at[1] + s * np.pi / 2, ranges, 0.0, at[2]) for s in (-1, 1)], 1
+    )
     within_reach = np.interp(sides.min(axis=1), [0.17, 0.28, 0.42, 0.60, 0.75], [0.5, 0.85, 1.0, 1.0, 0.6])
     tall = np.interp(at[2], [0.08, 0.2, 0.6, 0.86], [0.7, 1.0, 1.0, 0.4])
     quarter = (at[1] + np.pi / 4) % (np.pi / 2) - np.pi / 4
@@ -168,7 +168,7 @@ def lie_score(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np
     long_way = np.abs(np.stack([np.sin(at[1]), np.cos(at[1])], -1)) @ (grid.high - grid.low)
     along = np.where(long_way >= 0.9 * (grid.high - grid.low).max(), 1.0, 0.65)
     # Shoulders and arms need more space than the trunk: bodies keep away from the back of a sofa.
-    side_share = _blocked_share(grid, *at[:2], SHOULDER_SIDES, at[2] + 0.10, at[2] + 0.45)
+    side_share = blocked_share(grid, *at[:2], SHOULDER_SIDES, at[2] + 0.10, at[2] + 0.45)
     room = 1 - 0.33 * side_share
     value = room * body * head * (1 - 4 * bump) * (0.6 + 0.4 * feet) * (0.4 + 0.6 * headed)
     value *= within_reach * tall * straight * along
@@ -188,71 +188,17 @@ def _head_evidence(grid: SupportMap, places: np.ndarray, yaws: np.ndarray, heigh
     both are raised."""
     at = places, yaws, height
     boards = [
-        _lines_blocked(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
+        lines_blocked(grid, *at[:2], part, at[2] + 0.06, at[2] + 0.5) for part in (BEYOND_HEAD, BEYOND_FEET)
     ]
     tops = [
-        _lines_blocked(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)
+        lines_blocked(grid, *at[:2], part, at[2] + 0.42, at[2] + 0.9) for part in (BEYOND_HEAD, BEYOND_FEET)
     ]
     pillows = [_pillow_share(grid, *at, part) for part in (HEAD, FEET)]
     return 1.5 * (boards[0] - boards[1]) + 0.5 * (tops[0] - tops[1]) + (pillows[0] - pillows[1])
 
 
-def _at(places: np.ndarray, yaws: np.ndarray, part: np.ndarray) -> np.ndarray:
-    """Return rotated-frame points (N, P, 2) of body-frame points (P, 2), left and forward."""
-    sin, cos = np.sin(yaws)[:, None], np.cos(yaws)[:, None]
-    left, forward = part[:, 0], part[:, 1]
-    return places[:, None] + np.stack([left * cos + forward * sin, forward * cos - left * sin], axis=-1)
-
-
-def _share_within(grid, places, yaws, height, part, low: float, high: float) -> np.ndarray:  # noqa: ANN001
-    """Return the share (N,) of a part's points whose supporting surface is between two heights relative to the seat."""
-    rise = grid.height(_at(places, yaws, part)) - height[:, None]
-    return ((rise >= low) & (rise <= high)).mean(axis=1)
-
-
-def _pillow_share(grid, places, yaws, height, part) -> np.ndarray:  # noqa: ANN001
+def _pillow_share(
+    grid: SupportMap, places: np.ndarray, yaws: np.ndarray, height: np.ndarray, part: np.ndarray
+) -> np.ndarray:
     """Return the share (N,) of a part's points where something as thick as a pillow is on the surface."""
-    return _share_within(grid, places, yaws, height, part, 0.05, 0.22)
-
-
-def _support_share(grid, places, yaws, height, part, step: float = WIDEST_STEP) -> np.ndarray:  # noqa: ANN001
-    return _share_within(grid, places, yaws, height, part, -step, step)
-
-
-def _blocked_share(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
-    """Return the share (N,) of a part's points with something solid between two heights over the floor (N,)."""
-    return grid.blocked(_at(places, yaws, part), low[:, None], high[:, None]).mean(axis=1)
-
-
-def _lines_blocked(grid, places, yaws, part, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
-    """Return the share (N,) of a part's forward lines that hit something solid, which thin rails do as well."""
-    hit = grid.blocked(_at(places, yaws, part), low[:, None], high[:, None])
-    lines = len(np.unique(part[:, 0]))
-    return hit.reshape(len(places), lines, len(part) // lines).any(axis=2).mean(axis=1)
-
-
-def _ray(ranges: np.ndarray, left: float) -> np.ndarray:
-    return np.stack([np.full_like(ranges, left), ranges], axis=-1)
-
-
-def _first(found: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """Return the distance (N,) of the first hit along a ray, or a value beyond its end."""
-    distance = np.append(np.abs(ranges), np.abs(ranges[-1]) + 0.05)
-    return distance[np.where(found.any(axis=1), found.argmax(axis=1), len(ranges))]
-
-
-def _first_hit(grid, places, yaws, ranges, left: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:  # noqa: ANN001
-    return _first(grid.blocked(_at(places, yaws, _ray(ranges, left)), low[:, None], high[:, None]), ranges)
-
-
-def _edge(grid, places, yaws, ranges, left: float, height: np.ndarray) -> np.ndarray:  # noqa: ANN001
-    """Return the distance (N,) to the edge of the seat in a direction."""
-    rise = grid.height(_at(places, yaws, _ray(ranges, left))) - height[:, None]
-    return _first(~(np.abs(rise) < 0.09), ranges)
-
-
-def _side_edge(grid, places, yaws, ranges, sign: int, height: np.ndarray) -> np.ndarray:  # noqa: ANN001
-    """Return the distance (N,) to the edge of the seat on one side, measured at the middle of the thighs."""
-    part = np.stack([sign * ranges, np.full_like(ranges, 0.03)], axis=-1)
-    rise = grid.height(_at(places, yaws, part)) - height[:, None]
-    return _first(~(np.abs(rise) < 0.09), ranges)
+    return share_within(grid, places, yaws, height, part, 0.05, 0.22)

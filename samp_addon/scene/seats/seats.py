@@ -16,16 +16,21 @@ import numpy as np
 from ... import frames
 from ...motion import Goal
 from .. import geometry
-from . import front, postures
+from . import front, postures, reclining
 from .support import SupportMap
+from .suppression import above_adjacent_seat, suppress
 
 DIRECTIONS = 24
 MANY_SEATS = 64
 """Enough goals for all sides of a large object to influence the estimate of its front."""
 MAX_PLACES = 800
-MIN_SCORE_SHARE = {"sit": 0.35, "lie": 0.5}
+RECLINE = "recline"
+"""Posture of a goal to lie with a raised back."""
+MIN_SCORE_SHARE = {"sit": 0.35, "lie": 0.5, RECLINE: 0.7}
 """Least score of a goal, relative to the best goal on the same object."""
 MIN_SCORE = 0.15
+LOUNGER = 0.7
+"""Score of lying on a raised back, relative to lying flat, from which on an object is a lounger."""
 WRONG_END = -0.25
 """Evidence for the head, see postures.head_evidence, below which a goal to lie is turned the wrong way."""
 PERCH, PERCH_RISE = 0.6, 0.15
@@ -36,11 +41,13 @@ BACKED_SCORE = 0.6
 
 @dataclass(frozen=True)
 class Seat:
-    """A goal, its score from 0 to 1, and the height over the floor of the surface under the pelvis, metres."""
+    """A goal, its score from 0 to 1, the height over the floor of the surface under the pelvis, metres, and whether a
+    body lies there with a raised back."""
 
     goal: Goal
     score: float
     surface: float
+    reclined: bool = False
 
 
 def find_goals(
@@ -73,9 +80,13 @@ def find_seats(
 def seats_or_ring(grid: SupportMap, action: str, limit: int = 16) -> tuple[SupportMap, list[Seat]]:
     """Find the seats on a support map or, without any, on the map with its holes filled, as of a toilet's seat.
 
-    Return the map that was used as well.
+    On a lounger, bodies lie with the trunk on its back. Return the map that was used as well.
     """
     found = seats_on_map(grid, action, limit)
+    if action == "lie":
+        reclined = seats_on_map(grid, RECLINE, limit)
+        flat = max((seat.score for seat in found), default=0.0)
+        found = reclined if reclined and reclined[0].score > LOUNGER * flat else found
     if found or action != "sit":
         return grid, found
     filled = grid.with_filled_holes(postures.SIT_HEIGHTS)
@@ -119,14 +130,14 @@ def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     yaws = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
     many = np.repeat(places, DIRECTIONS, axis=0), np.tile(yaws, len(places)), np.repeat(height, DIRECTIONS)
     score = _score(grid, action, *many)
-    chosen = _suppress(many[0], many[1], score, action, limit)
+    chosen = suppress(many[0], many[1], score, action, limit)
     if not len(chosen):
         return []
     places, yaws, height, score = _refine(grid, action, many[0][chosen], many[1][chosen])
     if action == "sit":
-        score = np.where(_above_adjacent_seat(places, height, score), 0, score)
+        score = np.where(above_adjacent_seat(places, height, score), 0, score)
     # Refinement may have moved neighbours together.
-    apart = _suppress(places, yaws, score, action, limit, 0.85)
+    apart = suppress(places, yaws, score, action, limit, 0.85)
     worth = max(MIN_SCORE, MIN_SCORE_SHARE[action] * score.max())
     return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in apart if score[i] >= worth]
 
@@ -162,13 +173,17 @@ def snap_to_map(
     # Heights do not depend on the yaw.
     single, back = np.unique(places, axis=0, return_inverse=True)
     height = postures.surface_height(grid, single)[back.ravel()]
-    score = _score(grid, goal.action, places, yaws, height)
+    posture = goal.action
+    score = _score(grid, posture, places, yaws, height)
+    if posture == "lie" and not (score >= least).any():
+        posture = RECLINE
+        score = _score(grid, posture, places, yaws, height)
     away = (offset**2).sum(-1) / reach**2 + (turn / np.radians(30)) ** 2
     value = np.where(score >= least, np.minimum(score, enough) - 0.3 * away, -np.inf)
     best = int(np.argmax(value))
     if not np.isfinite(value[best]):
         return None
-    return _seat(grid, goal.action, places[best], yaws[best], height[best], score[best]).goal
+    return _seat(grid, posture, places[best], yaws[best], height[best], score[best]).goal
 
 
 def infer_front_yaw(triangles: np.ndarray) -> float:
@@ -228,37 +243,8 @@ def _candidates(grid: SupportMap, action: str) -> np.ndarray:
 def _score(
     grid: SupportMap, action: str, places: np.ndarray, yaws: np.ndarray, height: np.ndarray
 ) -> np.ndarray:
-    return (postures.sit_score if action == "sit" else postures.lie_score)(grid, places, yaws, height)
-
-
-def _suppress(
-    places: np.ndarray, yaws: np.ndarray, score: np.ndarray, action: str, limit: int, share: float = 1.0
-) -> np.ndarray:
-    """Return the indices of the best candidates, best first, by non-maximum suppression.
-
-    Candidates close to a better one in both position and direction are dropped. share: scales both thresholds.
-    """
-    near, turn = (0.34, np.radians(50)) if action == "sit" else (0.45, np.radians(100))
-    near, turn = share * near, share * turn
-    left, chosen = score.copy(), []
-    while len(chosen) < limit:
-        best = int(np.argmax(left))
-        if left[best] <= 0:
-            break
-        chosen.append(best)
-        apart = np.hypot(*(places - places[best]).T)
-        angle = np.abs(frames.wrap_angle(yaws - yaws[best]))
-        # Much worse places are suppressed in a wider radius: the edge of a sofa between two seats with a back.
-        reach = np.where(score < 0.7 * score[best], 1.4 * near, near)
-        left[(apart < reach) & (angle < turn)] = 0
-    return np.array(chosen, dtype=int)
-
-
-def _above_adjacent_seat(places: np.ndarray, height: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """Flag the candidates (N,) above an adjacent seat that is about as good: wide backrests and armrests."""
-    apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
-    drop = height[:, None] - height
-    return ((apart < 0.9) & (drop > 0.1) & (drop < 0.5) & (score > 0.7 * score[:, None])).any(axis=1)
+    scores = {"sit": postures.sit_score, "lie": postures.lie_score, RECLINE: reclining.recline_score}
+    return scores[action](grid, places, yaws, height)
 
 
 def _refine(
@@ -284,4 +270,5 @@ def _refine(
 def _seat(grid: SupportMap, action: str, place: np.ndarray, yaw: float, height: float, score: float) -> Seat:
     lift = postures.SEAT_TO_PELVIS if action == "sit" else postures.BED_TO_PELVIS
     position = grid.to_world(place, np.asarray(height + lift))
-    return Seat(Goal(position, frames.yaw_direction(yaw + grid.yaw), action), float(score), float(height))
+    goal = Goal(position, frames.yaw_direction(yaw + grid.yaw), "lie" if action == RECLINE else action)
+    return Seat(goal, float(score), float(height), action == RECLINE)

@@ -6,6 +6,7 @@ Built once for an object, so that the queries of postures.py are table look-ups.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage
@@ -27,6 +28,8 @@ HIGHEST = 0.95
 """Metres over the floor. Higher surfaces, such as an upper bunk, are ignored in favour of those below."""
 RING, LARGEST_HOLE = 0.07, 0.12
 """Metres within which a ring around a hole is level, and square metres of the largest hole that a body sits over."""
+TALLEST_BACK = 1.4
+"""Metres over the floor of the highest back that a body leans on."""
 HEADROOM = 0.55
 """Metres of free space over a place that make it accessible from above."""
 
@@ -105,6 +108,18 @@ class SupportMap:
         """Return heights (...) of the supporting surface, metres over the floor, at x and z (..., 2)."""
         x, z = self._cells(places)
         return self.heights[x, z]
+
+    @cached_property
+    def tops(self) -> np.ndarray:
+        """Height (X, Z) of the highest solid cell below TALLEST_BACK, metres over the floor, at any slope."""
+        filled = np.diff(self.counts[:, : int(TALLEST_BACK / CELL) + 1], axis=1) != 0
+        levels = filled.shape[1] - filled[:, ::-1].argmax(axis=1)
+        return np.where(filled.any(axis=1), (levels - 0.5) * CELL, np.nan)
+
+    def top(self, places: np.ndarray) -> np.ndarray:
+        """Return the heights (...) of the highest solid thing at x and z (..., 2); see tops."""
+        x, z = self._cells(places)
+        return self.tops[x, z]
 
     def blocked(self, places: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return whether (...) anything solid is at the places (..., 2) between two heights over the floor (...)."""

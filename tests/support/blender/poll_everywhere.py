@@ -78,7 +78,7 @@ def furnish(rooms: object) -> None:
             made[name] = data.new(name, "POINT") if kind == "lights" else data.new(name)
     for name, data in made.items():
         thing = bpy.data.objects.new(name, data)
-        thing.location = 30.0, 30.0, 0.0
+        thing.location = 6.0, 6.0, 0.0  # nearby: the size of the navmesh grows with the distance
         bpy.context.scene.collection.objects.link(thing)
     bpy.context.view_layer.update()
 

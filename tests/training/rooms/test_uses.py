@@ -6,8 +6,8 @@ from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.training.furniture import shapes
 from samp_blender.training.mocap.clip_files import Clip
 from samp_blender.training.rooms.classes import Part
-from samp_blender.training.rooms.episodes.uses import Composed
 from samp_blender.training.rooms.layout.stock import Item
+from samp_blender.training.rooms.uses.composed import Composed
 
 SEAT, STANDING, SEATED = 0.45, 0.93, 0.63  # metres
 

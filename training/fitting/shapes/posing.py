@@ -23,6 +23,16 @@ def pitched(rotations: np.ndarray, joint: str, angle: np.ndarray) -> np.ndarray:
     return out
 
 
+def bent_aside(rotations: np.ndarray, joint: str, angle: np.ndarray) -> np.ndarray:
+    """Rotations (T, J, 4) with a joint bent to the right about its own front axis by angle (T,) radians."""
+    j = skeleton.INDEX[joint]
+    half = np.asarray(angle) / 2
+    zero = np.zeros_like(half)
+    out = rotations.copy()
+    out[:, j] = rotation.multiply(out[:, j], np.stack([np.cos(half), zero, zero, np.sin(half)], -1))
+    return out
+
+
 def leant(rotations: np.ndarray, pelvis: np.ndarray, spine: np.ndarray, gaze: bool = True) -> np.ndarray:
     """Rotations (T, J, 4) with pelvis and spine bent forward by angles (T,); the head takes most of it back."""
     out = pitched(rotations, "pelvis", pelvis)

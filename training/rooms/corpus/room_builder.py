@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +14,13 @@ from ..episodes import bodies, generation
 from ..episodes.bank import LABELS, Bank
 from ..episodes.scene import Scene
 from ..episodes.search import Search
-from ..episodes.uses import Uses
 from ..layout import kinds, room, stock
+from ..uses.use import Uses
 from . import store, views
 
 POINTS = 20_000  # of a room's cloud
 TRIES = 6  # layouts tried for one room
+ALIKE = (5, 10)  # degrees
 FEWEST_ENTRIES = 6  # accessible uses of a layout that is accepted at once
 
 
@@ -38,36 +39,33 @@ class RoomBuilder:
     def make(self, number: int, split: str, pictures: int) -> dict:
         """Build the missing stages of a room; return its entry of the manifest."""
         folder = store.room_folder(self.cache, number)
+        scene = None
         if not store.has_stage(folder, "layout"):
-            self._layout(folder, number, split)
+            scene = self._layout(folder, number, split)
         data = store.RoomData(folder)
         if not store.has_stage(folder, "cloud"):
             store.write_stage(folder, "cloud", cloud(data.room, self.seed + number))
         if not store.has_stage(folder, "motion"):
-            scene = Scene(data.room, self.stocks[split].named(), self.uses)
+            scene = scene or Scene(data.room, self.stocks[split].named(), self.uses)
             self._motion(folder, number, scene)
         if not store.has_stage(folder, "pictures") or store.notes(folder, "pictures")["wanted"] != pictures:
             rng = np.random.default_rng([self.seed, number, 3])
             arrays = views.pictures(data, pictures, rng)
             store.write_stage(folder, "pictures", arrays, {"wanted": pictures, "count": len(arrays["frame"])})
-        layout, motion = store.notes(folder, "layout"), store.notes(folder, "motion")
-        return {
-            "number": number, "split": split, **layout, **motion,
-            "pictures": store.notes(folder, "pictures")["count"],
-        }  # fmt: skip
+        return entry(self.cache, number, split)
 
-    def _layout(self, folder: Path, number: int, split: str) -> None:
-        """Write the first layout with enough accessible uses, or the best of TRIES."""
+    def _layout(self, folder: Path, number: int, split: str) -> Scene:
+        """Write the first layout with enough accessible uses, or the best of TRIES; return its scene."""
         kind = list(kinds.KINDS)[number % len(kinds.KINDS)]
         best, most = None, -1
         for attempt in range(TRIES):
             made = room.furnish(kind, self.stocks[split], np.random.default_rng([self.seed, number, attempt]))
-            places = len(made.seats)
-            if self.uses is not None:
-                scene = Scene(made, self.stocks[split].named(), self.uses)
-                places = sum(placed.use.down >= 0 for placed in scene.placed_uses)
+            # As precise as the file, so that a continued run finds the same scene.
+            made = replace(made, triangles=made.triangles.astype(np.float32).astype(np.float64))
+            scene = Scene(made, self.stocks[split].named(), self.uses)
+            places = sum(placed.use.down >= 0 for placed in scene.placed_uses)
             if places > most:
-                best, most = made, places
+                best, most, kept = made, places, scene
             if most >= FEWEST_ENTRIES:
                 break
         width, depth, height = best.size
@@ -76,6 +74,7 @@ class RoomBuilder:
         (folder / "layout").mkdir(parents=True, exist_ok=True)
         best.save(folder / "layout" / "room.npz")
         store.write_json(folder / "layout" / "notes.json", notes)
+        return kept
 
     def _motion(self, folder: Path, number: int, scene: Scene) -> None:
         made, report = generation.episodes(
@@ -83,16 +82,29 @@ class RoomBuilder:
         )
         store.write_stage(folder, "motion", motion_arrays(made), {
             "episodes": len(made), "frames": sum(len(e.piece) for e in made),
-            "captured": _share(made, 1), "captured_after_ik": _share(made, 2),
+            "captured": {
+                f"{name}_{limit}": _share(made, name, limit) for name in ("joined", "deviation") for limit in ALIKE
+            },
             "sits": sum(int((np.diff((e.piece.labels == LABELS.index("sit")).astype(int)) == 1).sum()) for e in made),
             "lies": sum(int((np.diff((e.piece.labels == LABELS.index("lie")).astype(int)) == 1).sum()) for e in made),
             "report": dict(report),
         })  # fmt: skip
 
 
-def _share(made: list[generation.Episode], level: int) -> float:
-    """Return the share of frames whose ``captured`` is at least ``level``."""
-    return float(np.concatenate([e.captured >= level for e in made]).mean()) if made else 0.0
+def entry(cache: Path, number: int, split: str) -> dict | None:
+    """Return the manifest's entry of a room, None unless all of its stages are finished."""
+    folder = store.room_folder(cache, number)
+    if not all(store.has_stage(folder, stage) for stage in ("layout", "cloud", "motion", "pictures")):
+        return None
+    return {
+        "number": number, "split": split, **store.notes(folder, "layout"), **store.notes(folder, "motion"),
+        "pictures": store.notes(folder, "pictures")["count"],
+    }  # fmt: skip
+
+
+def _share(made: list[generation.Episode], name: str, limit: int) -> float:
+    """Return the share of frames whose legs and trunk are within some degrees of a captured frame."""
+    return float(np.concatenate([getattr(e, name) <= limit for e in made]).mean()) if made else 0.0
 
 
 def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
@@ -113,7 +125,7 @@ def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
         "contacts": every(lambda e: np.round(generation.contacts(e.piece)), np.uint8, 5),
         "objects": every(lambda e: e.piece.object, np.int16),
         "source": every(lambda e: e.piece.source, np.int32),
-        "captured": every(lambda e: e.captured, np.uint8),
+        "deviation": every(lambda e: e.deviation, np.uint8),
     }
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, minimum_filter1d
+from scipy.ndimage import gaussian_filter1d, minimum_filter1d, uniform_filter1d
 
 from ....samp_addon import rotation, skeleton
 from ....samp_addon.frames import wrap_angle
@@ -18,6 +19,9 @@ from ...mocap.posture import neutralised
 SETS = ("smplx30", "rocketbox30", "o3de30", "accad30")
 SMOOTH = 8.0  # frames, standard deviation: the sway of single steps is not part of a path
 AHEAD = (10, 20, 30)  # frames at which the coming route is compared
+UPRIGHT = np.radians(
+    16.5
+)  # mean turn of the knee joints in standing that is played; flexion is about 4 degrees less
 LEAD, TAIL = 3, 32  # frames of the same clip that a match needs before and after it
 LABELS = ("other", "idle", "shift", "walk", "run", "sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")
 LOCOMOTION = ("idle", "shift", "walk")
@@ -62,6 +66,13 @@ class Bank:
     pose: np.ndarray
     ahead: np.ndarray
     still: np.ndarray
+
+    @cached_property
+    def upright(self) -> np.ndarray:
+        """Flags (N,) of frames with straight knees: their mean turn over a second is at most UPRIGHT."""
+        knees = self.rotations[:, [skeleton.INDEX["left_knee"], skeleton.INDEX["right_knee"]], 0]
+        flexion = 2 * np.arccos(np.clip(np.abs(knees), 0, 1)).mean(1)
+        return uniform_filter1d(flexion, FPS) < UPRIGHT
 
     def trajectory(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
         """Scaled features (K, 12) of a wanted route: places (K, 3, 2) left and ahead of the root, facing (K, 3)

@@ -6,45 +6,51 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from ....samp_addon import rotation, skeleton
 from ....samp_addon.body import human
 from ....samp_addon.motion import Motion
+from ....samp_addon.refine.feet.foot import sole_points
 from ....samp_addon.refine.inverse_kinematics import solve_limb
+from ...fitting.shapes import probes
+from ...mocap.events import headings
 from .bank import LABELS
 from .blending import Piece
 
 SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
 MOST = {
     "male": 1.0,
-    "female": 1.0,
+    "female": 0.4,
     "tall": 0.5,
-    "short": 0.5,
-    "heavy": 0.45,
+    "short": 0.2,
+    "heavy": 0.3,
     "thin": 0.6,
-    "muscular": 0.5,
-    "elder": 0.6,
+    "muscular": 0.4,
+    "elder": 0.5,
 }
 OPPOSITES = (("male", "female"), ("tall", "short"), ("heavy", "thin"))
 SITS, LIES = (tuple(LABELS.index(n) for n in names) for names in (("sit",), ("lie",)))
-EVEN = 7.0  # frames over which standing turns into sitting
+EVEN, EARLY = 5.0, 31  # frames over which standing turns into sitting, and of a window that begins it early
+RESERVE = 0.007  # metres that thicker bodies sit higher than that
+FOLLOWS = 1.5  # frames, standard deviation, over which the pelvis follows its feet
+THICKEST = 99  # percentile of the skin that touches, whose distance to the default human counts
 _SEATED = (("left_hip", -85), ("right_hip", -85), ("left_knee", 85), ("right_knee", 85))
 
 
 @dataclass(frozen=True)
 class Build:
-    """shape: (8,) values in the order of SHAPES. body: the default human with them. seat, bed: metres by which its
-    pelvis is higher on a seat or a bed than the default human's."""
+    """shape: (8,) values in the order of SHAPES. body: the default human with them. seat, back: metres by which its
+    pelvis is higher on a seat than the default human's, and farther in front of what its back rests on."""
 
     shape: np.ndarray
     body: human.Human
     seat: float
-    bed: float
+    back: float
 
 
-def draw(rng: np.random.Generator) -> Build:
-    """A random build: one of each pair of opposites, moderate."""
+def draw(rng: np.random.Generator, share: float = 1.0) -> Build:
+    """A random build: one of each pair of opposites, moderate. share: factor on all values."""
     values = dict.fromkeys(SHAPES, 0.0)
     for pair in OPPOSITES:
         name = pair[int(rng.integers(2))]
@@ -52,54 +58,116 @@ def draw(rng: np.random.Generator) -> Build:
     for name in ("muscular", "elder"):
         if rng.random() < 0.4:
             values[name] = MOST[name] * rng.random()
-    return of(np.array([values[name] for name in SHAPES]))
+    return of(share * np.array([values[name] for name in SHAPES]))
 
 
 def of(shape: np.ndarray) -> Build:
     """The build of values (8,)."""
-    default = human.load()
-    body = default.shaped({name: float(v) for name, v in zip(SHAPES, shape, strict=True) if v})
-    return Build(
-        np.asarray(shape), body, _under(body, True) - _base(True), _under(body, False) - _base(False)
-    )
+    body = human.load().shaped({name: float(v) for name, v in zip(SHAPES, shape, strict=True) if v})
+    under, behind = _seated_skin(body)
+    default_under, default_behind = _default_skin()
+    thicker = [
+        float(np.percentile(a - b, THICKEST)) for a, b in ((default_under, under), (default_behind, behind))
+    ]
+    return Build(np.asarray(shape), body, *(value + RESERVE if value > 0 else value for value in thicker))
 
 
 @functools.cache
-def _base(seated: bool) -> float:
-    return _under(human.load(), seated)
+def _default_skin() -> tuple[np.ndarray, np.ndarray]:
+    return _seated_skin(human.load())
 
 
-def _under(body: human.Human, seated: bool) -> float:
-    """Metres from the pelvis joint down to the skin that it rests on, seated or lying on the back."""
+def _seated_skin(body: human.Human) -> tuple[np.ndarray, np.ndarray]:
+    """Heights over the pelvis joint of the skin under buttocks and thighs, and how far ahead of it the skin of the back
+    is, of an upright seated pose, metres."""
     rotations = np.zeros((1, skeleton.BODY_COUNT, 4))
     rotations[..., 0] = 1
-    if seated:
-        for name, degrees in _SEATED:
-            rotations[0, skeleton.INDEX[name]] = rotation.from_axis_angle(np.radians([degrees, 0.0, 0.0]))
-    skin = human.skin(body, Motion(np.zeros((1, 3)), rotations))[0]
-    owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
-    near = np.isin(owner, [0, 1, 2]) & (np.abs(skin[:, 0]) < 0.14)
-    near &= (skin[:, 2] < 0.1) if seated else (np.abs(skin[:, 1]) < 0.12)
-    axis = 1 if seated else 2
-    return float(-np.percentile(skin[near][:, axis], 1))
+    for name, degrees in _SEATED:
+        rotations[0, skeleton.INDEX[name]] = rotation.from_axis_angle(np.radians([degrees, 0.0, 0.0]))
+    found = probes.load()
+    motion = Motion(np.zeros((1, 3)), rotations)
+    under = human.skin(body, motion, found.skin[found.seat])[0]
+    return under[:, 1], human.skin(body, motion, found.skin[found.back])[0, :, 2]
+
+
+def _resting(labels: np.ndarray, which: tuple[int, ...]) -> np.ndarray:
+    """Weights (T,) of the frames with some labels, which rise before and fall after them."""
+    flags = np.isin(labels, which).astype(float)
+    return gaussian_filter1d(maximum_filter1d(flags, EARLY), EVEN, mode="nearest")
+
+
+def on_default(
+    root: np.ndarray, rotations: np.ndarray, labels: np.ndarray, build: Build
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return root (T, 3) and rotations (T, 22, 4) of a motion on a build, carried back to the default human.
+
+    The reverse of `carried`; feet have to be locked again. labels: (T,) indices into bank.LABELS.
+    """
+    default, rest = skeleton.default_rest_joints(), build.body.joints
+    joints, _ = skeleton.forward_kinematics(root, rotations, rest)
+    sits, lies = _resting(labels, SITS), _resting(labels, LIES)
+    share = np.clip(sits + lies, 0, 1)
+    legs = build.body.floor / human.load().floor
+    yaw = headings(root, rotations)
+    back = root.copy()
+    back[:, 1] += (1 - share) * (1 / legs - 1) * root[:, 1] - sits * build.seat - lies * build.back
+    back -= (sits * build.back)[:, None] * np.column_stack([np.sin(yaw), np.zeros(len(yaw)), np.cos(yaw)])
+    own, _ = skeleton.forward_kinematics(back, rotations, default)
+    turned = rotations
+    for side in ("left", "right"):
+        ankle = skeleton.INDEX[f"{side}_ankle"]
+        over = (default[ankle, 1] - human.load().floor) - (rest[ankle, 1] - build.body.floor)
+        target = share[:, None] * (joints[:, ankle] + [0.0, over, 0.0]) + (1 - share[:, None]) * own[:, ankle]
+        turned = solve_limb(back, turned, default, f"{side}_leg", target)
+    return back, rotation.continuous(np.where(share[:, None, None] > 1e-3, turned, rotations))
+
+
+def _carried_height(joints: np.ndarray, turned: np.ndarray, rest: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Heights (T,) of the soles that carry the body over the floor, metres, smooth.
+
+    The pelvis follows them: 3 mm that the foot lock would correct are 5 degrees in a nearly straight knee. joints:
+    (T, J, 3). turned: (T, J, 4) global quaternions. feet: (T, 2) contacts of right and left foot.
+    """
+    lowest = np.stack(
+        [
+            np.minimum(*(end[:, 1] for end in sole_points(joints, turned, rest, side)))
+            for side in ("right", "left")
+        ],
+        -1,
+    )
+    weight = np.where(feet > 0.5, 1.0, 1e-3)
+    height = (weight * lowest).sum(1) / weight.sum(1)
+    carrying = np.flatnonzero((feet > 0.5).any(1))
+    if not len(carrying):
+        return np.zeros(len(joints))
+    every = np.interp(np.arange(len(joints)), carrying, height[carrying])
+    return gaussian_filter1d(every, FOLLOWS, mode="nearest")
 
 
 def carried(piece: Piece, build: Build) -> Piece:
     """The motion on a body of this build: legs as long as they are, feet on the floor, pelvis on its seat."""
     default, rest = skeleton.default_rest_joints(), build.body.joints
     joints, _ = skeleton.forward_kinematics(piece.root, piece.rotations, default)
-    soft = lambda flags: gaussian_filter1d(np.isin(piece.labels, flags).astype(float), EVEN, mode="nearest")
-    sits, lies = soft(SITS), soft(LIES)
+    sits, lies = _resting(piece.labels, SITS), _resting(piece.labels, LIES)
     stands = np.clip(1 - sits - lies, 0, 1)
     legs = build.body.floor / human.load().floor
     root = piece.root.copy()
-    root[:, 1] += stands * (legs - 1) * root[:, 1] + sits * build.seat + lies * build.bed
+    root[:, 1] += stands * (legs - 1) * root[:, 1] + sits * build.seat + lies * build.back
+    yaw = headings(piece.root, piece.rotations)
+    root += (sits * build.back)[:, None] * np.column_stack([np.sin(yaw), np.zeros(len(yaw)), np.cos(yaw)])
+    # Standing and walking keep their angles: strides are as long as the legs, and the foot lock pins the feet.
+    own, turned = skeleton.forward_kinematics(root, piece.rotations, rest)
+    over_floor = stands * _carried_height(own, turned, rest, piece.feet)
+    root[:, 1] -= over_floor
+    own[..., 1] -= over_floor[:, None]
+    share = np.clip(sits + lies, 0, 1)[:, None]
     rotations = piece.rotations
     for side in ("left", "right"):
         ankle = skeleton.INDEX[f"{side}_ankle"]
         over = (rest[ankle, 1] - build.body.floor) - (default[ankle, 1] - human.load().floor)
-        target = joints[:, ankle] + [0.0, over, 0.0]
+        target = share * (joints[:, ankle] + [0.0, over, 0.0]) + (1 - share) * own[:, ankle]
         rotations = solve_limb(root, rotations, rest, f"{side}_leg", target)
+    rotations = np.where(share[..., None] > 1e-3, rotations, piece.rotations)
     return Piece(
         root,
         rotation.continuous(rotations),

@@ -13,6 +13,7 @@ import numpy as np
 from ....samp_addon.easing import smoothstep
 from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
+from ..uses.use import Use
 from . import route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
 from .blending import LEAD, Piece, from_bank
@@ -28,8 +29,14 @@ STAYING = 0.06  # probability of keeping a use from which nothing captured rises
 MEET = 75  # last frames of a walk that are searched for the transition to a use
 MEET_PLACE, MEET_TURN = 0.16, 0.3  # metres and radians that weigh as much as one unit of pose distance
 FARTHEST, WIDEST = 0.45, np.radians(55)
+KEY_WEIGHTS = np.array([2.0, 2, 2, 1, 1, 0.5, 0.3, 0.3])
+LYING = (4.0, 14.0)  # the same, of lying
+SETTLING = 6  # frames at the beginning of a hold that are not played again
+LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; weighted metres for a second of a hold more or less than wanted
+FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
-IDLE, WALKING = LABELS.index("idle"), LABELS.index("walk")
+IDLE = LABELS.index("idle")
+ON_FURNITURE = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
 
 
 class EpisodeFailed(Exception):  # noqa: N818
@@ -54,11 +61,10 @@ class EpisodeComposer:
 
     def __init__(self, bank: Bank, scene: Scene, rng: np.random.Generator) -> None:
         self.bank, self.scene, self.rng = bank, scene, rng
-        self.idles = np.flatnonzero((bank.labels == IDLE) & (bank.still > 60))
-        left = {placed.place for placed in scene.placed_uses if placed.use.up_end >= 0}
+        self.idles = np.flatnonzero((bank.labels == IDLE) & (bank.still > 60) & bank.upright)
         enter = [placed for placed in scene.placed_uses if placed.use.down >= 0]
-        # Places without a captured rise would end most episodes early.
-        self.enter = [placed for placed in enter if placed.place in left or rng.random() < STAYING]
+        # Uses from which nothing rises would end most episodes early.
+        self.enter = [placed for placed in enter if self._rises(placed) or rng.random() < STAYING]
         self.pace = rng.uniform(*PACES)
         self.pieces: list[Piece] = []
         self.flat = np.zeros(3)  # x, z, yaw of the root at the present end
@@ -138,13 +144,17 @@ class EpisodeComposer:
 
     def _use(self, placed: PlacedUse) -> Generator[Request, Walk, bool]:
         """Walk to a use and append it; return whether the episode ends there."""
-        use = placed.use
         walk = yield from self._walk(placed.flat[0, :2], float(placed.flat[0, 2]))
         frame, into = self._meeting(walk, placed)
         flat = _led_to(walk.flat[: frame + 1], placed.flat[into])
         self._add_walk(walk, flat)
-        others = [s for s in self.scene.placed_uses if s.place == placed.place and s.use.action == use.action]
-        return self._seated(placed, into + 1, others)
+        return self._seated(placed, into + 1)
+
+    def _rises(self, placed: PlacedUse) -> list[PlacedUse]:
+        """Return the rises at the place of a use that begin close to a pose of its hold."""
+        return [
+            up for up in self.scene.rises(placed) if rest_gap(self.scene, placed, up).min() < FARTHEST_REST
+        ]
 
     def _meeting(self, walk: Walk, placed: PlacedUse) -> tuple[int, int]:
         """Return the frames of walk and use with the cheapest transition. Raise EpisodeFailed without one."""
@@ -162,32 +172,36 @@ class EpisodeComposer:
             raise EpisodeFailed("does not meet the seat")
         return int(frames[best[0]]), int(best[1])
 
-    def _seated(self, placed: PlacedUse, first: int, others: list[PlacedUse]) -> bool:
-        """Append a use from a frame on, holds at the same place and a rise; return whether the episode ends there."""
+    def _seated(self, placed: PlacedUse, first: int) -> bool:
+        """Append a use from a frame on, its hold and a rise; return whether the episode ends there."""
         rng, use = self.rng, placed.use
-        hold = int(rng.uniform(*HOLDS) * FPS)
-        end = min(use.seat_end, use.seated + hold)
-        if use.up_end >= 0 and use.seat_end - use.seated <= hold + 60:
-            self._add_use(placed, first, len(use.labels))
+        hold = int(rng.uniform(*(HOLDS if use.action == "sit" else LYING)) * FPS)
+        if use.up_end >= 0 and abs(use.seat_end - use.seated - hold) < 60:
+            self._add_use(placed, np.arange(first, len(use.labels)))
             return False
-        self._add_use(placed, first, end + 1)
-        holds = [s for s in others if s.use.down < 0 and s.use.up_end < 0]
-        if holds and rng.random() < 0.6:
-            more = _drawn(holds, rng)
-            self._add_hold(more)
-        ups = [s for s in others if s.use.up_end >= 0]
-        if use.up_end >= 0:
-            ups = [*ups, placed]
-        if not ups:
+        ups = self._rises(placed)
+        end, up, start = self._rest_join(placed, hold, ups) if ups else (use.seat_end, None, 0)
+        self._add_use(placed, np.concatenate([np.arange(first, end + 1), there_and_back(use, end, hold)]))
+        if up is None:
             return True
-        self._rise(_drawn(ups, rng))
+        self._add_use(up, np.arange(start, len(up.use.labels)))
         return False
 
-    def _add_hold(self, placed: PlacedUse) -> None:
-        count = len(placed.use.labels)
-        want = min(int(self.rng.uniform(*HOLDS) * FPS), count - LEAD)
-        first = LEAD + int(self.rng.integers(0, count - LEAD - want + 1))
-        self._add_use(placed, first, first + want)
+    def _rest_join(self, placed: PlacedUse, hold: int, ups: list[PlacedUse]) -> tuple[int, PlacedUse, int]:
+        """Return the frame in which a hold ends, the rise that follows and its first frame.
+
+        The pair of frames with the closest poses is taken, since feet slide where they differ; ends far from the wanted
+        length of the hold cost more.
+        """
+        early = np.abs(rest_ends(placed) - (placed.use.seated + hold)) / FPS * PER_SECOND
+        best = (np.inf, 0, ups[0], LEAD)
+        for up in ups:
+            gap = rest_gap(self.scene, placed, up)
+            cost = (gap + early[:, None] + np.where(gap < FARTHEST_REST, 0, 1e3)) * self.rng.uniform(1, 1.4)
+            row, column = np.unravel_index(cost.argmin(), cost.shape)
+            if cost[row, column] < best[0]:
+                best = float(cost[row, column]), int(rest_ends(placed)[row]), up, LEAD + 3 * int(column)
+        return best[1:]
 
     def _rise(self, placed: PlacedUse, start: bool = False) -> None:
         """Append a rise with some seconds of its hold; ``start``: the episode begins with it."""
@@ -196,30 +210,53 @@ class EpisodeComposer:
         before = min(
             held - LEAD - 1, int(self.rng.uniform(*HOLDS) * FPS) if start else int(self.rng.integers(15, 75))
         )
-        self._add_use(placed, use.seat_end - max(before, 4), len(use.labels))
+        self._add_use(placed, np.arange(use.seat_end - max(before, 4), len(use.labels)))
 
-    def _add_use(self, placed: PlacedUse, first: int, stop: int) -> None:
+    def _add_use(self, placed: PlacedUse, frames: np.ndarray) -> None:
+        """Append frames (T,) of a use."""
         use = placed.use
-        first = max(first, LEAD)
-        if stop - first < 4:
+        frames = frames[frames >= LEAD]
+        if len(frames) < 4:
             return
-        part = slice(first - LEAD, stop)
-        own = slice(first, stop)
-        sits = np.isin(
-            use.labels[own],
-            [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")],
-        )
+        part = np.concatenate([frames[0] - LEAD + np.arange(LEAD), frames])
         self.pieces.append(
             Piece(
-                placed.root[part], placed.rotations[part], use.labels[own],
-                use.feet[own], use.source[own], use.hands[own],
-                np.where(sits, placed.item, -1),
+                placed.root[part], placed.rotations[part], use.labels[frames],
+                use.feet[frames], use.source[frames], use.hands[frames],
+                np.where(np.isin(use.labels[frames], ON_FURNITURE), placed.item, -1),
             )
         )  # fmt: skip
-        end = slice(max(stop - 12, 0), stop)
+        end = frames[-12:]
         self.pose = pose_of(self.bank, placed.root[end], placed.rotations[end])[-1]
         self.flat = flat_root(placed.root[end], placed.rotations[end])[-1]
-        self.speed = float(np.linalg.norm(placed.flat[stop - 1, :2] - placed.flat[stop - 4, :2]) * FPS / 3)
+        last = frames[-1]
+        self.speed = float(np.linalg.norm(placed.flat[last, :2] - placed.flat[last - 3, :2]) * FPS / 3)
+
+
+def rest_ends(placed: PlacedUse) -> np.ndarray:
+    """Frames (E,) of a hold after which a rise may follow."""
+    use = placed.use
+    return np.arange(min(use.seated + LEAST_HOLD, use.seat_end), use.seat_end + 1, 3)
+
+
+def rest_gap(scene: Scene, placed: PlacedUse, up: PlacedUse) -> np.ndarray:
+    """Weighted distances (E, S) in metres from the poses of rest_ends to every third pose of a rise's hold; cached."""
+    key = id(placed), id(up)
+    if key not in scene.gaps:
+        starts = np.arange(LEAD, up.use.seat_end - 2, 3)
+        away = placed.keys[rest_ends(placed)][:, None] - up.keys[starts]
+        scene.gaps[key] = np.linalg.norm(away, axis=-1) @ KEY_WEIGHTS
+    return scene.gaps[key]
+
+
+def there_and_back(use: Use, end: int, hold: int) -> np.ndarray:
+    """Frames after ``end`` that play a short hold backwards and forwards until it is as long as wanted."""
+    missing, length = use.seated + hold - end, end - use.seated - SETTLING
+    if missing < 10 or length < 10:
+        return np.zeros(0, int)
+    turns = max(int(round(missing / (2 * length))), 1)
+    back = np.arange(end - 1, end - length - 1, -1)
+    return np.tile(np.concatenate([back, back[::-1][1:], [end]]), turns)
 
 
 def _drawn(placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:

@@ -8,20 +8,23 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ....samp_addon import rotation, skeleton
+from ....samp_addon import skeleton
 from ....samp_addon.errors import PathError
+from ....samp_addon.evaluation.obstacles import Obstacles
 from ....samp_addon.scene import geometry
 from ....samp_addon.scene.navmesh import navmesh, path
 from ...mocap.events import turned
 from ..classes import CLASS
 from ..layout.room import Room
 from ..layout.stock import Item
+from ..uses.tables import Tops, with_hands_on
+from ..uses.use import Use, Uses
 from .bank import flat_root
-from .uses import Use, Uses
+from .depth import SOFT
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
-FAR = 0.3  # metres beyond which nothing is in the route
+FAR = 0.115  # metres beyond which nothing is in the flesh: the largest of RADII and a little
 STEP = 4  # frames between two that are looked at
 # Bones with two points each, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
@@ -29,8 +32,12 @@ BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9
 RADII = np.array(
     [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
 )
+KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
+        "left_wrist", "right_wrist")]  # fmt: skip
 SHARES = (0.15, 0.5, 0.85)
 DEEP = 0.02  # metres
+CLOSE = 8  # frames before sitting down that belong to a use
+ON_TABLES = 0.75  # share of the places before a table at which hands lie on it
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,23 @@ class PlacedUse:
     root: np.ndarray
     rotations: np.ndarray
     flat: np.ndarray
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """Places (T, K, 3) of KEYS, metres."""
+        joints, _ = skeleton.forward_kinematics(self.root, self.rotations, skeleton.default_rest_joints())
+        return joints[:, KEYS]
+
+    def cut(self, start: int, stop: int) -> PlacedUse:
+        """Frames start .. stop - 1."""
+        use, part = self.use, slice(start, stop)
+        frames = {
+            name: getattr(use, name) - start if getattr(use, name) >= 0 else -1
+            for name in ("down", "seated", "seat_end", "up_end")
+        }
+        arrays = ("root", "rotations", "labels", "feet", "hands", "source")
+        less = replace(use, **frames, **{name: getattr(use, name)[part] for name in arrays})
+        return PlacedUse(self.item, less, self.root[part], self.rotations[part], self.flat[part])
 
     @property
     def place(self) -> tuple[int, int]:
@@ -68,7 +92,18 @@ class Scene:
         self._raster = np.zeros(ground.grid.shape[:2])
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
+        self.gaps: dict[tuple[int, int], np.ndarray] = {}
+        self._hard: dict[int, Obstacles] = {}
+        self._trees: dict[int, cKDTree] = {}
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
+
+    def rises(self, placed: PlacedUse) -> list[PlacedUse]:
+        """Rises at the place of a use."""
+        return [
+            up for up in self.placed_uses
+            if up.place == placed.place and up.use.action == placed.use.action and up.use.up_end >= 0
+            and up.use.seat_end > 12
+        ]  # fmt: skip
 
     def clearance_at(self, places: np.ndarray) -> np.ndarray:
         """Metres to obstacles (...) of places (..., 2) on the floor, 0 in them, up to 0.6."""
@@ -91,16 +126,17 @@ class Scene:
         points, face = geometry.sample_surface(
             triangles, int(min(area / 2 / SPACING**2 * 2, 250_000)), seed=0
         )
-        return cKDTree(points), objects[face]
+        return _tree(points), objects[face]
 
-    @cached_property
-    def _trees(self) -> dict[int, cKDTree]:
-        """Trees of all surfaces but those of one piece."""
-        tree, objects = self.surface
-        return {k: cKDTree(tree.data[objects != k]) for k in self.room.seats}
+    def _without(self, number: int) -> cKDTree:
+        """The tree of all surfaces but those of one piece."""
+        if number not in self._trees:
+            tree, objects = self.surface
+            self._trees[number] = _tree(np.asarray(tree.data)[objects != number])
+        return self._trees[number]
 
     def _placed_uses(self, items: dict[str, Item], uses: Uses) -> list[PlacedUse]:
-        found = []
+        found, tops = [], Tops.of(self.room)
         for number in self.room.seats:
             item = items.get(self.room.names[number])
             if item is None:
@@ -111,27 +147,57 @@ class Scene:
             for use in uses.of(item):
                 root, rotations = turned(use.root, use.rotations, yaw, np.array([x, 0.0, z]))
                 placed = PlacedUse(number, use, root, rotations, flat_root(root, rotations))
-                if self._open(placed):
-                    found.append(placed)
+                clear = self._open_part(placed)
+                if clear is not None:
+                    found.append(self._at_table(clear, tops))
         return found
 
-    def _open(self, placed: PlacedUse) -> bool:
-        """Whether a use is free of other objects, and its ends are reachable."""
-        depth = self.depth(placed.root, placed.rotations, placed.item)
-        if (depth > DEEP).any():
-            return False
-        ends = [0] if placed.use.down >= 0 else []
-        ends += [placed.use.up_end] if placed.use.up_end >= 0 else []
-        return all(self.reachable(placed.flat[k, :2]) for k in ends)
+    def _at_table(self, placed: PlacedUse, tops: Tops) -> PlacedUse:
+        """Return a use with hands on the table before it, at most places where there is one and arms are free."""
+        rng = np.random.default_rng([placed.item, placed.use.place])  # uses of one place follow on each other
+        if rng.random() > ON_TABLES:
+            return placed
+        made = with_hands_on(placed.use, placed.root, placed.rotations, tops, rng)
+        if made is None:
+            return placed
+        laid = replace(placed, use=made[0], rotations=made[1])
+        deep = (self.depth(laid.root, laid.rotations, laid.item) > DEEP).any()
+        return placed if deep else laid
 
-    def reachable(self, place: np.ndarray, within: float = 0.2) -> bool:
+    def _open_part(self, placed: PlacedUse) -> PlacedUse | None:
+        """Return the part of a use that is free of other objects and whose ends are reachable, or None.
+
+        What leads to the seat and away from it may be cut: walks have ways of their own.
+        """
+        use, count = placed.use, len(placed.root)
+        blocked = STEP * np.flatnonzero(self.depth(placed.root, placed.rotations, placed.item) > DEEP)
+        before = use.down - CLOSE if use.down >= 0 else 0
+        after = use.up_end + CLOSE // 2 if use.up_end >= 0 else count
+        if ((blocked >= before) & (blocked <= after)).any():
+            return None
+        start = int(blocked[blocked < before].max(initial=-STEP)) + STEP
+        stop = int(blocked[blocked > after].min(initial=count))
+        part = placed if (start, stop) == (0, count) else placed.cut(start, stop)
+        ends = [0] if use.down >= 0 else []
+        ends += [-1] if use.up_end >= 0 else []
+        return part if all(self.reachable(part.flat[k, :2]) for k in ends) else None
+
+    def hard(self, number: int) -> Obstacles | None:
+        """A piece of furniture as an obstacle, None for soft ones; cached."""
+        if self.room.categories[number] in SOFT:
+            return None
+        if number not in self._hard:
+            self._hard[number] = Obstacles(self.room.triangles[self.room.objects == number])
+        return self._hard[number]
+
+    def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""
         return float(np.linalg.norm(self.free[:, [0, 2]] - place, axis=-1).min()) < within
 
     def depth(self, root: np.ndarray, rotations: np.ndarray, without: int | None = None) -> np.ndarray:
         """How deep surfaces lie in the flesh, metres (K,), of every STEP-th frame; ``without`` those of one piece."""
         points, radii = bone_points(root[::STEP], rotations[::STEP])
-        tree = self.surface[0] if without is None else self._trees[without]
+        tree = self.surface[0] if without is None else self._without(without)
         gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
         return np.maximum(radii - gap, 0).max(1)
 
@@ -144,7 +210,7 @@ class Scene:
             frames = rows * STEP
             part = (root[frames], rotations[frames])
             points, radii = bone_points(*part)
-            tree = self.surface[0] if number < 0 else self._trees[int(number)]
+            tree = self.surface[0] if number < 0 else self._without(int(number))
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
             out[rows] = np.maximum(radii - gap, 0).max(1)
         return out
@@ -170,18 +236,13 @@ class Scene:
         return self.free[rng.choice(roomy)][[0, 2]]
 
 
+def _tree(points: np.ndarray) -> cKDTree:
+    """A tree that is fast to build."""
+    return cKDTree(points, balanced_tree=False, compact_nodes=False)
+
+
 def bone_points(root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points on the bones (T, P, 3) and the radius of the flesh around each (P,)."""
     joints, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
     points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
     return np.stack(points, 1), np.repeat(RADII, len(SHARES))
-
-
-def moved(placed: PlacedUse, **changes: np.ndarray) -> PlacedUse:
-    """The placed with some parts replaced."""
-    return replace(placed, **changes)
-
-
-def level(rotations: np.ndarray) -> np.ndarray:
-    """Unit quaternions of rotations as stored in single precision."""
-    return rotation.normalise(rotations.astype(np.float64))

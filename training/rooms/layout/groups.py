@@ -133,7 +133,7 @@ def table_group(
             pulled = (
                 out / 2
                 + seat.box[1][2]
-                + rng.choice([rng.uniform(-0.15, 0.1), rng.uniform(0.3, 0.65)], p=[0.3, 0.7])
+                + rng.choice([rng.uniform(-0.15, 0.1), rng.uniform(0.2, 0.55)], p=[0.2, 0.8])
             )
             local = turned(np.array([at, pulled]), yaw)
             turn = rng.normal(0, 0.25 if pulled > out / 2 + 0.4 else 0.08)

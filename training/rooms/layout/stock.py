@@ -79,13 +79,25 @@ class Stock:
         return items[rng.integers(len(items))]
 
 
-def build(folder: Path = DEFAULT_FOLDER, test: bool = False, seed: int = 0) -> Stock:
-    """The stock of training rooms, real and procedural, or that of test rooms, held-out real pieces only."""
+def build(
+    folder: Path = DEFAULT_FOLDER, test: bool = False, seed: int = 0, seats: list[Item] | None = None
+) -> Stock:
+    """Return the stock of training rooms, real and procedural, or of test rooms, held-out real pieces only.
+
+    seats: replace all items that carry people; tables stay.
+    """
     pieces = furniture.load(folder, held_out=test) if (Path(folder) / "manifest.csv").exists() else []
     if not test:
         rng = np.random.default_rng([seed, 77])
         pieces += [furniture.generate(name, rng) for name, count in PROCEDURAL.items() for _ in range(count)]
-    return Stock([_item(piece) for piece in pieces if piece.category in OF_CATEGORY])
+    items = [_item(piece) for piece in pieces if piece.category in OF_CATEGORY]
+    if seats is not None:
+        items = [*(i for i in items if OF_CATEGORY[_category(i)] == "table"), *seats]
+    return Stock(items)
+
+
+def _category(item: Item) -> str:
+    return "table" if item.category.endswith("table") else item.category
 
 
 def _item(piece: furniture.Piece) -> Item:

@@ -12,6 +12,7 @@ from ....motion import Motion
 from ....refine.feet.foot_lock import lock_feet
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
+from .raised_back import raise_trunk
 from .resting import RestingTop
 from .seat_edge import SeatFront
 
@@ -49,6 +50,8 @@ def finish(
     if front is not None and motion.interaction_start is not None:
         motion = sit_back(motion, route.goals[-1], front)
     if top is not None and motion.interaction_start is not None:
+        if top.back:
+            motion = raise_trunk(motion, route.goals[-1], top.back)
         motion = top.cleared(motion, route.goals[-1])
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]], travelled)

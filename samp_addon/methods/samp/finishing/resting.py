@@ -23,6 +23,7 @@ from ....motion import Goal, Motion
 from ....refine.feet.foot import sole_points, toe_tips
 from ....refine.inverse_kinematics import at_height, solve_limb
 from ....scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
+from ....scene.seats.reclining import CROWN, back_angle
 
 CELL = 0.03  # metres
 LEVEL = 0.04  # metres between the heights at which ways out of walls are known
@@ -58,7 +59,8 @@ class RestingTop:
     """Height map of an object that a body rests on; metres over the floor.
 
     heights: (X, Z), minus infinity outside of the object. corner: (2,) x and z. level: of the seat or mattress. low,
-    high: bounds of the heights that limbs can lie on. action: "sit" or "lie".
+    high: bounds of the heights that limbs can lie on. action: "sit" or "lie". back: angle of a raised back to lie on,
+    radians; 0 where the body lies flat.
     """
 
     heights: np.ndarray
@@ -67,6 +69,7 @@ class RestingTop:
     low: float
     high: float
     action: str
+    back: float = 0.0
 
     @classmethod
     def of(cls, points: np.ndarray, goal: Goal, floor: float) -> RestingTop:
@@ -75,7 +78,8 @@ class RestingTop:
         level = float(goal.position[1]) - lift - floor
         corner = points[:, [0, 2]].min(0)
         shape = np.ceil(np.ptp(points[:, [0, 2]], axis=0) / CELL).astype(int) + 1
-        points = points[points[:, 1] - floor < level + HEADROOM]
+        back = back_angle(points, goal, level + floor) if goal.action == "lie" else 0.0
+        points = points[points[:, 1] - floor < level + (CROWN if back else HEADROOM)]
         cells = np.ravel_multi_index(tuple(((points[:, [0, 2]] - corner) / CELL).astype(int).T), shape)
         top = np.full(int(np.prod(shape)), -np.inf)
         np.maximum.at(top, cells, points[:, 1] - floor)
@@ -83,7 +87,8 @@ class RestingTop:
         # Now and then the samples of a cell miss its top and hit only its bottom.
         top = minimum_filter(maximum_filter(np.pad(top, 1, constant_values=-np.inf), 3), 3)[1:-1, 1:-1]
         below, above = TOPS[goal.action]
-        return cls(top, corner, level, level + below, level + above, goal.action)
+        above = CROWN if back else above
+        return cls(top, corner, level, level + below, level + above, goal.action, back)
 
     def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the cell indices x and z of places (T, 2), and flags of those on the grid."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_closing, map_coordinates
 
-from ...samp_addon import rotation, skeleton
-from ...samp_addon.easing import anticipate, smoothstep
-from ...samp_addon.refine.inverse_kinematics import solve_limb
-from ..mocap.clip_files import Clip
-from .shapes import posing, probes
+from ....samp_addon import rotation, skeleton
+from ....samp_addon.easing import anticipate, smoothstep
+from ....samp_addon.refine.inverse_kinematics import solve_limb
+from ...mocap.clip_files import Clip
+from ..shapes import posing, probes
 
 CELL = 0.02
 TOP = 0.26  # metres over the mattress up to which something is lain on: pillows, not boards
@@ -23,6 +23,7 @@ PASSES = 3
 TRUNK = ("pelvis", "left_hip", "right_hip", "spine1", "spine2", "spine3")
 LEVERS = {"chest": 0.30, "head": 0.20}
 MOST = {"chest": np.radians(14), "head": np.radians(12)}
+ON_SIDE = 0.6  # cosine of the chest's left with the vertical on a side; legs are lowered farther there
 FLAT, SITTING = 0.85, 0.35
 """Cosines of the chest's front with the vertical over which it lies, and below which it does not."""
 NEAR = 0.3  # metres from the surface beyond which a limb is somewhere else
@@ -56,9 +57,12 @@ class Mattress:
         return np.where(height > -5.0, points[..., 1] - height, 9.0)
 
 
-def settled(clip: Clip, busy: np.ndarray, top: Mattress, give: float) -> Clip:
-    """The clip, in the piece's frame, whose body lies on the top while busy (T,): flags of sitting and lying on it."""
-    lying = smoothstep((_supine(clip) - SITTING) / (FLAT - SITTING)) * busy
+def settled(clip: Clip, busy: np.ndarray, top: Mattress, give: float, flat: bool = True) -> Clip:
+    """The clip, in the piece's frame, whose body lies on the top while busy (T,): flags of sitting and lying on it.
+
+    flat: whether chest and head are brought down onto the top, too.
+    """
+    lying = smoothstep((_reclined(clip) - SITTING) / (FLAT - SITTING)) * busy
     lying = gaussian_filter1d(lying, EVEN, mode="nearest")
     rows = np.flatnonzero(busy)[::2]
     if not len(rows):
@@ -67,17 +71,25 @@ def settled(clip: Clip, busy: np.ndarray, top: Mattress, give: float) -> Clip:
     for _ in range(PASSES):
         clip = _raised(clip, rows, lying, top, give)
         clip = _feet_kept(clip, places, feet, lying, busy)
-        clip = _pitched(clip, rows, lying, top, give)
+        if flat:
+            clip = _pitched(clip, rows, lying, top, give)
         for side in ("left", "right"):
             clip = _foot_on(clip, rows, lying, top, give, side)
             clip = _arm_out(clip, rows, top, give, side)
     return replace(clip, rotations=rotation.continuous(clip.rotations))
 
 
-def _supine(clip: Clip) -> np.ndarray:
-    """Cosine (T,) between the chest's front and the vertical: 1 on the back, 0 upright, negative bent forward."""
+def _facing_up(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
+    """Cosines (T,) between the vertical and the chest's front, and its left."""
     _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
-    return rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])[..., 1, 2]
+    matrix = rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])
+    return matrix[..., 1, 2], matrix[..., 1, 0]
+
+
+def _reclined(clip: Clip) -> np.ndarray:
+    """Sine (T,) of the angle between trunk and vertical: 1 lying on the back or a side, 0 upright or bent forward."""
+    front, left = _facing_up(clip)
+    return np.hypot(np.maximum(front, 0.0), left * (front > -0.4))
 
 
 def _feet_kept(
@@ -120,8 +132,9 @@ def _raised(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, give
 
 
 def _pitched(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, give: float) -> Clip:
-    """Chest and head onto what is under them."""
+    """Chest and head onto what is under them: bent backward on the back, sideways on a side."""
     rotations = clip.rotations
+    front, left = _facing_up(clip)
     for name, part, joints in (
         ("chest", probes.named("spine2", "spine3"), {"spine1": 0.5, "spine2": 0.5}),
         ("head", probes.named("head"), {"neck": 0.8, "head": 0.1}),
@@ -131,7 +144,8 @@ def _pitched(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, giv
         angle = np.clip(0.8 * down / LEVERS[name], -MOST[name], MOST[name])
         angle = gaussian_filter1d(_every(angle, rows, len(clip)), EVEN, mode="nearest")
         for joint, share in joints.items():
-            rotations = posing.pitched(rotations, joint, -share * angle)
+            rotations = posing.pitched(rotations, joint, -share * angle * np.maximum(front, 0.0))
+            rotations = posing.bent_aside(rotations, joint, share * angle * left)
     return replace(clip, rotations=rotations)
 
 
@@ -139,8 +153,13 @@ def _foot_on(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, giv
     """A lying foot onto the top, calf and all; one that is over its edge or in the air is only kept out of it."""
     part = probes.named(f"{side}_ankle", f"{side}_foot", f"{side}_knee")
     gap = _gap(clip, rows, part, top, 3)
-    up = np.where(gap < 0, -gap - 0.5 * give, -np.minimum(gap, 0.1) * lying[rows] ** 4)
-    up = np.where(np.abs(gap) < 0.25, up, 0.0)
+    # On a side, the upper leg lies on the lower one.
+    _, left = _facing_up(clip)
+    upper = np.clip(left if side == "left" else -left, 0.0, 1.0)
+    pulled = (lying * (1 - upper))[rows]
+    far = np.where(np.abs(left[rows]) > ON_SIDE, 2.0, 1.0)
+    up = np.where(gap < 0, -gap - 0.5 * give, -np.minimum(gap, 0.1 * far) * pulled**4)
+    up = np.where(np.abs(gap) < 0.25 * far, up, 0.0)
     free = np.maximum(-gap - give, 0.0) * (np.abs(gap) < 0.25)
     up = gaussian_filter1d(_every(0.8 * up, rows, len(clip)), EVEN, mode="nearest")
     up = np.maximum(up, 0.9 * anticipate(_every(free, rows, len(clip)), 5, 2.0))

@@ -8,19 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...samp_addon import rotation
-from ...samp_addon.scene.seats.postures import BED_TO_PELVIS
-from ..composition.checks import fault
-from ..composition.lies import LieComposer
-from ..composition.recline import LEGS, Recline
-from ..composition.sequence import Sequence
-from ..composition.sits import Furnishing
-from ..mocap.clip_files import Clip
-from ..mocap.events import SitEvent, turned
+from ....samp_addon import rotation
+from ....samp_addon.scene.seats.postures import BED_TO_PELVIS
+from ...composition.checks import fault
+from ...composition.lies import LieComposer
+from ...composition.recline import LEGS, Recline
+from ...composition.sequence import Sequence
+from ...composition.sits import Furnishing
+from ...mocap.clip_files import Clip
+from ...mocap.events import SitEvent, turned
+from ..provenance import Owed, owed
+from ..shapes.pieces import FittingPiece
+from ..sit_fit import DEEPEST, group
 from .lie_fit import Mattress, settled
-from .provenance import Owed, owed
-from .shapes.pieces import FittingPiece
-from .sit_fit import DEEPEST, group
+from .postures import POSTURES, to_headboard, variants
 
 BUSY = ("lie_down", "lie", "get_up", "sit", "sit_down", "stand_up")
 STRIDE = 3
@@ -54,26 +55,41 @@ class FittedLies:
     ) -> None:
         self.pieces = {piece.index: piece for piece in pieces}
         places = [Furnishing(p.index, p.surface[::8], p.beds) for p in pieces if p.beds]
-        self.composer = LieComposer(places, events, with_bent_legs(reclines), approach, seed)
+        kinds = {"back": with_bent_legs(reclines), **variants(reclines)}
+        self.composers = {
+            posture: LieComposer(places, events, some, approach, seed + k, surface_check=posture != "side")
+            for k, (posture, some) in enumerate(kinds.items()) if some
+        }  # fmt: skip
+        self.rng = np.random.default_rng(seed)
         self.report: Counter[str] = Counter()
         self.owed: list[Owed] = []
 
     def compose(self) -> Sequence | None:
         """One sequence, or None."""
-        made = self.composer.compose()
+        shares = np.array([POSTURES[posture] for posture in self.composers])
+        posture = str(self.rng.choice(list(self.composers), p=shares / shares.sum()))
+        made = self.composers[posture].compose()
         if made is None:
             return None
         piece = self.pieces[made.piece]
         before = _in_piece(made)
         lying = np.isin(made.labels, ("lie_down", "lie", "get_up"))
         goal = made.goal[np.flatnonzero(made.goal_action == 4)[0]]
-        top = Mattress.of(piece.surface, float(goal[1]) - BED_TO_PELVIS)
-        after = settled(before, lying, top, piece.give)
+        level = float(goal[1]) - BED_TO_PELVIS
+        if posture == "half":
+            to_feet = _local(goal[3:], 0.0, 0.0, made.placement[2])
+            back = to_headboard(before, made.labels == "lie", piece.surface, level, to_feet)
+            if back is None:
+                self.report["half sitting: no headboard"] += 1
+                return None
+            before = replace(before, root=before.root - back * to_feet)
+        top = Mattress.of(piece.surface, level)
+        after = settled(before, lying, top, piece.give, flat=posture != "half")
         why = fault(after) or self._unfit(after, piece)
         if why is not None:
-            self.report[f"fitted: {why}"] += 1
+            self.report[f"fitted, {posture}: {why}"] += 1
             return None
-        self.report["kept"] += 1
+        self.report[f"kept, {posture}"] += 1
         self.owed.append(owed(before, after))
         return self._sequence(made, after)
 

@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ...composition.sequence import Sequence
 from ...composition.stitch import WalkIndex
-from ...fitting.lies import FittedLies
+from ...fitting.lying.lies import FittedLies
 from ...fitting.shapes.pieces import FittingPiece
-from ...fitting.sits import FittedComposer
+from ...fitting.sits import FittedComposer, trimmed
 from ...mocap.events import SitEvent
 from ..layout.stock import Item
-from .uses import Composed, Use, cached, of_sequence
+from .composed import Composed
+from .use import Use, cached, of_sequence, place_of, with_rises
 
-SITS, TRIES = 8, 20  # kept and tried for a piece
-LIES, LIE_TRIES = 4, 10
-NEAR = 0.12  # metres between pelvises that sit in the same place
-
-
-class _OwnApproachOnly(FittedComposer):
-    """Sits with their own approach only: walks to them are matched in the room."""
-
-    def _approached(self, made, phases, piece, goal) -> Iterator[tuple]:  # noqa: ANN001
-        yield made, phases
+SITS, TRIES = 10, 40  # kept and tried for a piece
+LIES, LIE_TRIES = 6, 16
 
 
 class Fitted:
@@ -36,14 +29,15 @@ class Fitted:
         self, composed: Composed, walks: WalkIndex, names: list[str], firsts: np.ndarray, cache: Path
     ) -> None:
         """names, firsts: of the bank's clips, and their first frames. cache: folder for a file for each item."""
-        self.events, self.reclines, self.walks = composed.events, composed.reclines, walks
+        self.events = [trimmed(event) for event in composed.events]
+        self.reclines, self.walks = composed.reclines, walks
         self.first = dict(zip(names, (int(f) for f in firsts), strict=True))
         self.cache = Path(cache)
         self.cache.mkdir(parents=True, exist_ok=True)
 
     def of(self, item: Item) -> list[Use]:
         """See uses.Uses."""
-        return cached(self.cache / f"{item.name}.pkl", lambda: self._made(item))
+        return with_rises(cached(self.cache / f"{item.name}.pkl", lambda: self._made(item)))
 
     def _made(self, item: Item) -> list[Use]:
         seed = int.from_bytes(hashlib.sha256(item.name.encode()).digest()[:4], "little")
@@ -51,12 +45,13 @@ class Fitted:
         piece = FittingPiece(0, item.category, item.name, item.triangles)
         uses: list[Use] = []
         if piece.seats:
-            composer = _OwnApproachOnly([piece], self.walks, seed)
+            composer = FittedComposer([piece], self.walks, seed, approaches=0)
             levels = np.array([goal.position[1] for goal in piece.seats])
             near = [e for e in self.events if np.abs(levels - e.pelvis[1]).min() < 0.15]
             for k in rng.permutation(len(near))[:TRIES]:
-                for made in composer.compose(near[k])[:1]:
-                    uses.append(of_sequence(made, _place(uses, made), self._source(near[k], made), True))
+                for made in composer.compose(near[k]):
+                    use = of_sequence(made, 0, self._source(near[k], made), True)
+                    uses.append(replace(use, place=place_of(uses, use)))
                 if len(uses) == SITS:
                     break
         if piece.beds:
@@ -72,17 +67,3 @@ class Fitted:
         if first is None or len(made) > last + 1 - event.entry:
             return None
         return first + event.entry + np.arange(len(made))
-
-
-def _place(uses: list[Use], made: Sequence) -> int:
-    """Number of the place that a sit is in: that of an earlier one close by, or a new one."""
-    pelvis = np.median(made.root[made.labels == "sit"], axis=0)
-    yaw = made.placement[2]
-    away = pelvis - np.array([made.placement[0], 0.0, made.placement[1]])
-    c, s = np.cos(-yaw), np.sin(-yaw)
-    here = np.array([away[0] * c + away[2] * s, -away[0] * s + away[2] * c])
-    for use in uses:
-        there = np.median(use.root[use.seated : use.seat_end + 1], axis=0)[[0, 2]]
-        if np.linalg.norm(there - here) < NEAR:
-            return use.place
-    return max((use.place for use in uses), default=-1) + 1

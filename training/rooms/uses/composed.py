@@ -1,89 +1,32 @@
-"""What people do on a piece of furniture: sits and lies in its own frame, from captured clips.
-
-``Uses`` is the seam: whatever gives a list of ``Use`` for an item can take the place of ``Composed``, such as sits and
-lies that were fitted to the piece.
-"""
+"""Uses by today's composers: captured sits carried to the height of a seat, lies composed of sits and reclines."""
 
 from __future__ import annotations
 
 import hashlib
-import pickle
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
-from ....samp_addon import rotation
 from ....samp_addon.motion import Goal
 from ....samp_addon.scene import geometry
 from ....samp_addon.scene.seats import seats
 from ...composition import recline
 from ...composition.checks import fault
 from ...composition.lies import LieComposer
-from ...composition.sequence import Sequence
 from ...composition.sits import Furnishing, collides, lifted, placement, untouched
 from ...mocap.augment import relocked
 from ...mocap.clip_files import Clip
-from ...mocap.events import SitEvent, headings, label_runs, sit_events, turned
+from ...mocap.events import SitEvent, headings, label_runs, sit_events
 from ..layout.stock import Item
-from .bank import LABELS
+from .use import AFTER, BEFORE, Use, cached, in_frame, of_sequence
 
-BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
 MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
 GOALS = 3  # places on a piece
 TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured pieces tried for each place
 LIES, LIE_TRIES = 4, 9
 FORWARD = (0.0, 0.08, 0.16)  # metres towards the edge by which deep seats are sat on, in this order
 WORTH = 0.6  # of the best place's score
-
-
-@dataclass(frozen=True)
-class Use:
-    """A stretch of motion on a piece of furniture, in the piece's frame, metres.
-
-    action: "sit" or "lie". place: number of the place on the piece; uses of one place may follow on each other.
-    root (T, 3), rotations (T, 22, 4), labels (T,) indices into bank.LABELS, feet (T, 2), hands (T, 2), source (T,)
-    bank frames or -1. down, seated, seat_end, up_end: first frame of sitting down, first and last seated, last of
-    standing up; down is -1 where it begins seated, up_end is -1 where it ends seated. fitted: whether an optimiser
-    fitted it to the piece.
-    """
-
-    action: str
-    place: int
-    root: np.ndarray
-    rotations: np.ndarray
-    labels: np.ndarray
-    feet: np.ndarray
-    hands: np.ndarray
-    source: np.ndarray
-    down: int
-    seated: int
-    seat_end: int
-    up_end: int
-    fitted: bool = False
-
-
-class Uses(Protocol):
-    """Where uses come from."""
-
-    def of(self, item: Item) -> list[Use]:
-        """All uses of an item, the same each time."""
-
-
-def cached(path: Path, make: Callable[[], list[Use]]) -> list[Use]:
-    """Return the uses kept in a file of the cache; where there is none, make and keep them.
-
-    Workers may make the same file at once: each writes a part of its own, and the last one stays.
-    """
-    if path.exists():
-        return pickle.loads(path.read_bytes())
-    uses = make()
-    part = path.with_suffix(f".{np.random.default_rng().integers(1 << 30)}")
-    part.write_bytes(pickle.dumps(uses))
-    part.replace(path)
-    return uses
 
 
 @dataclass(frozen=True)
@@ -101,7 +44,7 @@ class _Sitting:
 
 
 class Composed:
-    """Uses by today's composer: captured sits carried to the height of a seat, lies composed of sits and reclines."""
+    """Uses of the clips of a bank."""
 
     def __init__(self, clips: list[Clip], cache: Path) -> None:
         offsets = np.concatenate([[0], np.cumsum([len(clip) for clip in clips])])
@@ -157,33 +100,6 @@ class Composed:
             if made is not None and len(uses) < LIES:
                 uses.append(of_sequence(made, place + len(uses)))
         return uses
-
-
-def of_sequence(made: Sequence, place: int, source: np.ndarray | None = None, fitted: bool = False) -> Use:
-    """The use of a training sequence that sits or lies; source: bank frames (T,) of it, None where not known."""
-    labels, count = made.labels, len(made)
-    lies = bool((labels == "lie").any())
-    going, resting, leaving = (
-        ("lie_down", "lie", ("get_up", "stand_up")) if lies else ("sit_down", "sit", ("stand_up",))
-    )
-    down, still = int(np.argmax(labels == going)), np.flatnonzero(labels == resting)
-    ups = np.flatnonzero(np.isin(labels, leaving) & (np.arange(count) > still[-1]))
-    start, stop = max(0, down - BEFORE), min(int(ups[-1]) + AFTER, count) if len(ups) else int(still[-1]) + 1
-    clip = Clip("", made.root, made.rotations, labels, made.feet, made.bad).cut(start, stop)
-    frames = (
-        down - start,
-        int(still[0]) - start,
-        int(still[-1]) - start,
-        int(ups[-1]) - start if len(ups) else -1,
-    )
-    use = _in_frame(clip, made.placement, "lie" if lies else "sit", place, frames, None)
-    part = slice(start, stop)
-    return replace(
-        use,
-        source=use.source if source is None else source[part].astype(np.int32),
-        hands=use.hands if made.hands is None else made.hands[part].astype(np.float32),
-        fitted=fitted,
-    )
 
 
 def _sittings(clip: Clip, offset: int, events: list[SitEvent]) -> list[tuple[str, _Sitting]]:
@@ -249,21 +165,4 @@ def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int, skip: int) -> t
         return None, skip
     shift = lambda frame: frame - start if frame >= 0 else -1
     frames = (shift(s.down), shift(s.seated), shift(s.seat_end), shift(s.up_end))
-    return _in_frame(clip, where, "sit", place, frames, s.offset + start), number
-
-
-def _in_frame(
-    clip: Clip, where: tuple[float, float, float], action: str, place: int, frames: tuple[int, int, int, int],
-    first: int | None,
-) -> Use:  # fmt: skip
-    """The clip seen from a piece that stands at ``where`` (x, z, yaw)."""
-    root, rotations = turned(
-        clip.root - np.array([where[0], 0.0, where[1]]), clip.rotations, -where[2], np.zeros(3)
-    )
-    index = {label: k for k, label in enumerate(LABELS)}
-    count = len(clip)
-    source = np.full(count, -1) if first is None else first + np.arange(count)
-    return Use(
-        action, place, root, rotation.continuous(rotations), np.array([index[x] for x in clip.labels], np.uint8),
-        clip.feet.astype(np.float32), np.zeros((count, 2), np.float32), source.astype(np.int32), *frames,
-    )  # fmt: skip
+    return in_frame(clip, where, "sit", place, frames, s.offset + start), number

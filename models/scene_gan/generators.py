@@ -1,0 +1,133 @@
+"""The trajectory generator, the pose generator (section 3.2, tables 6 and 7), and CSGN, which has one for both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import nn
+
+from . import kinematics, layers
+from .joint_graph import LEVELS
+from .noise import STEPS, GaussianProcess
+from .start import SIZE, Start
+
+FRAMES = 64
+ALPHA = (0.1, 0.06, 0.1)
+"""Largest velocity of each coordinate (X, Y, Z of the view frame), metres per frame: 3 m/s horizontally. Equation
+V = alpha tanh(F)."""
+OUTPUTS = 6
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Widths of the networks. scene: numbers of a scene feature. width: of the widest layer; the others are fractions
+    of it. noise, pose_noise: channels of the latents of the two generators."""
+
+    scene: int = 256
+    width: int = 512
+    noise: int = 256
+    pose_noise: int = 1024
+
+    def channels(self) -> tuple[int, ...]:
+        """Return the channels after each of the five blocks."""
+        return tuple(max(self.width // k, 8) for k in (1, 2, 4, 8, 16))
+
+
+class TrajectoryGenerator(nn.Module):
+    """Noise, scene and start to velocities of the pelvis, 4 -> 8 -> 16 -> 32 -> 64 steps (table 6)."""
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        widths = sizes.channels()
+        self.latent = GaussianProcess(sizes.noise)
+        self.first = nn.Conv1d(sizes.noise + sizes.scene + SIZE, widths[0], 3)
+        self.blocks = nn.ModuleList(
+            nn.Conv1d(a, b, 3, padding=1) for a, b in zip(widths[:-1], widths[1:], strict=True)
+        )
+        self.norms = nn.ModuleList(map(layers.ChannelNorm, widths))
+        self.last = nn.Conv1d(widths[-1], 3, 5, padding=2)
+        self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
+
+    def forward(self, noise: torch.Tensor, scene: torch.Tensor, start: Start) -> torch.Tensor:
+        """Return velocities (B, 3, 64), metres per frame. noise: (B, noise, 6). scene: (B, scene)."""
+        known = torch.cat([scene, start.condition()], dim=-1)
+        x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
+        x = self.norms[0](self.first(x))
+        for block, norm in zip(self.blocks, self.norms[1:], strict=True):
+            x = norm(block(layers.twice_as_long(layers.activate(x))))
+        return self.alpha[:, None] * torch.tanh(self.last(layers.activate(x)))
+
+
+class _GraphUpsampling(nn.Module):
+    """The course of table 7: 5 nodes x 4 steps to 22 joints x 64 steps."""
+
+    def __init__(self, inputs: int, sizes: Sizes, outputs: int) -> None:
+        super().__init__()
+        widths, nodes = sizes.channels(), (LEVELS[2], LEVELS[2], LEVELS[1], LEVELS[1], LEVELS[0])
+        # All joints start from the same noise: a linear map spreads it over the five nodes.
+        self.nodes = nodes[0]
+        self.spread = nn.Conv1d(inputs, widths[0] * nodes[0], 3)
+        self.blocks = nn.ModuleList(
+            layers.GraphConv(widths[k], widths[k + 1], nodes[k], nodes[k + 1]) for k in range(4)
+        )
+        self.norms = nn.ModuleList(map(layers.ChannelNorm, widths))
+        self.last = layers.GraphConv(widths[-1], outputs, nodes[-1], nodes[-1], kernel=5)
+        self.last.over_time.weight.data *= 0.1  # start near the initial pose
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Return (B, outputs, 22, 64) of (B, inputs, 6)."""
+        x = self.spread(x).unflatten(1, (-1, self.nodes))
+        x = self.norms[0](x)
+        for block, norm in zip(self.blocks, self.norms[1:], strict=True):
+            x = norm(block(layers.twice_as_long(layers.activate(x))))
+        return self.last(layers.activate(x))
+
+
+def _posed(raw: torch.Tensor, start: Start) -> torch.Tensor:
+    """Return rotations (B, 64, 22, 6): the initial pose plus LIMIT tanh of what the network says (B, 6, 22, 64)."""
+    change = kinematics.LIMIT * torch.tanh(raw)
+    return start.six[:, None] + change.permute(0, 3, 2, 1)
+
+
+class PoseGenerator(nn.Module):
+    """Noise, scene, start and trajectory to 6-D rotations (section 3.2.2, table 7).
+
+    The paper generates joint positions; rotations with forward kinematics are what is baked, and the critics see it.
+    """
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        self.latent = GaussianProcess(sizes.pose_noise)
+        inputs = sizes.pose_noise + sizes.scene + SIZE + 3 * FRAMES
+        self.body = _GraphUpsampling(inputs, sizes, OUTPUTS)
+        self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
+
+    def forward(
+        self, noise: torch.Tensor, scene: torch.Tensor, start: Start, velocities: torch.Tensor
+    ) -> torch.Tensor:
+        """Return rotations (B, 64, 22, 6). velocities: (B, 3, 64), metres per frame."""
+        way = (velocities / self.alpha[:, None]).flatten(1)
+        known = torch.cat([scene, start.condition(), way], dim=-1)
+        x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
+        return _posed(self.body(x), start)
+
+
+class JointGenerator(nn.Module):
+    """CSGN: trajectory and poses by one generator, without a trajectory of its own (first row of table 1)."""
+
+    def __init__(self, sizes: Sizes) -> None:
+        super().__init__()
+        self.latent = GaussianProcess(sizes.pose_noise)
+        self.body = _GraphUpsampling(sizes.pose_noise + sizes.scene + SIZE, sizes, OUTPUTS + 3)
+        self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
+
+    def forward(
+        self, noise: torch.Tensor, scene: torch.Tensor, start: Start
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return velocities (B, 3, 64), those of the pelvis' node, and rotations (B, 64, 22, 6)."""
+        known = torch.cat([scene, start.condition()], dim=-1)
+        x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
+        raw = self.body(x)
+        velocities = self.alpha[:, None] * torch.tanh(raw[:, OUTPUTS:, 0])
+        return velocities, _posed(raw[:, :OUTPUTS], start)

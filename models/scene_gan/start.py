@@ -1,0 +1,68 @@
+"""The condition that every window begins with: the initial pose, where it is in the view, and how it moves.
+
+The paper's condition is the root-centred initial pose; it centres the picture on it. Place and velocities are added:
+the place says how far the camera is away, the velocities let a window go on from the one before it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+
+from . import kinematics
+
+FPS = 30
+_SCALES = {"speed": 1 / FPS, "place": 3.0}  # m/s -> about 1 m per second; metres
+SIZE = kinematics.JOINTS * (3 + 6 + 3) + 3 + 3 + 1 + 3
+"""Numbers of `condition`: joints x (position, 6-D rotation, velocity), root velocity, place, height, camera."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """First frames of B windows, in the view frame.
+
+    six: (B, 22, 6) rotations. root: (B, 3) of the pelvis. rest: (B, 22, 3) rest joints. joint_velocity: (B, 22, 3)
+    relative to the pelvis, metres per frame; root_velocity: (B, 3) of the pelvis. height: (B,) of the pelvis over the
+    floor. camera: (B, 3, 4) from the view frame to camera coordinates (x right, y down, z forward). lens: (B, 3) focal
+    length and principal point (x, y) in widths of the picture.
+    """
+
+    six: torch.Tensor
+    root: torch.Tensor
+    rest: torch.Tensor
+    joint_velocity: torch.Tensor
+    root_velocity: torch.Tensor
+    height: torch.Tensor
+    camera: torch.Tensor
+    lens: torch.Tensor
+
+    def __len__(self) -> int:
+        return len(self.root)
+
+    @property
+    def positions(self) -> torch.Tensor:
+        """Joint positions (B, 22, 3) relative to the pelvis."""
+        return kinematics.joint_positions(kinematics.matrices(self.six), self.rest)
+
+    def condition(self) -> torch.Tensor:
+        """Return the numbers (B, SIZE) that networks see."""
+        per_joint = torch.cat(
+            [self.positions, self.six, self.joint_velocity / _SCALES["speed"]], dim=-1
+        ).flatten(1)
+        pitch, roll = self.camera[:, 2, 1], self.camera[:, 0, 1]
+        camera = torch.stack([pitch, roll, self.lens[:, 0]], -1)
+        return torch.cat(
+            [
+                per_joint,
+                self.root_velocity / _SCALES["speed"],
+                self.root / _SCALES["place"],
+                self.height[:, None],
+                camera,
+            ],
+            dim=-1,
+        )
+
+    def rows(self, rows: torch.Tensor) -> Start:
+        """Return some of the windows."""
+        return Start(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))

@@ -1,0 +1,1 @@
+"""Lies whose bodies fit their beds: on the back, on a side, half sitting."""

@@ -1,0 +1,48 @@
+"""How deep a body and hard furniture are in each other, by both measures. Room frame, metres."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ....samp_addon import skeleton
+from ....samp_addon.body import human
+from ....samp_addon.body.hands import complete
+from ....samp_addon.evaluation.obstacles import Obstacles
+from ....samp_addon.evaluation.skin_depth import SkinSurface
+from ....samp_addon.motion import Motion
+from ...fitting.shapes import probes
+
+SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
+CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
+
+
+def skin_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
+    """The deepest skin (T,) inside of things, metres."""
+    return obstacles.depth(human.skin(body, motion, body.collision))[0].max(1)
+
+
+def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
+    """The deepest surface sample (T,) inside the body, metres from the nearest skin."""
+    surface = SkinSurface(body)
+    interior = probes.interior(motion.root, motion.rotations)
+    joints = skeleton.forward_kinematics(motion.root, complete(motion.rotations), body.joints)[0]
+    out = np.zeros(len(motion))
+    for frame, skin in enumerate(human.skin(body, motion, surface.vertices)):
+        low, high = joints[frame].min(0) - surface.reach, joints[frame].max(0) + surface.reach
+        samples = obstacles.samples(low, high)
+        samples = samples[surface.near(joints[frame], samples)]
+        found = surface.inside(skin, samples)
+        deepest = found.depth.max(initial=0.0)
+        # Skin that folds over itself in the groin faces inwards: points of the body's inside have to be near, too.
+        if deepest > CONFIRMED:
+            near = cKDTree(interior[frame]).query(samples[found.index])[0] < CONFIRMED_NEAR
+            deepest = found.depth[near].max(initial=0.0)
+        out[frame] = deepest
+    return out
+
+
+def deepest(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
+    """The larger of both depths in any frame, metres."""
+    skin = float(skin_depth(obstacles, motion, body).max(initial=0.0))
+    return max(skin, float(surface_depth(obstacles, motion, body).max(initial=0.0)))

@@ -1,0 +1,164 @@
+"""One command for a machine with a GPU that is lent for minutes: encoders first, then several trainings side by side.
+
+python -m samp_blender.training.scene_gan.gpu --data train.bin --output OUT --seconds 560 --pretrain 130
+    --run all --run csgn:width=256 --run height:width=256 [--test test.bin]
+
+--data is what data/packing.py wrote. Each run is a process of its own: single ones are limited by the launch of small
+kernels. OUT gets one archive in pieces of at most 16 MiB; `join` restores it:
+
+python -m samp_blender.training.scene_gan.gpu --join OUT --output FOLDER
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from .data import packing
+from .learning import options
+
+MOST = 16 * 2**20 - 4096  # bytes of a piece
+PIECES = 4
+MODULE = __package__
+KEPT = ("*.safetensors", "*.sha256", "*.json", "*.jsonl", "*.txt", "*.png")
+PACKING = 25.0  # seconds kept at the end for the archive
+
+
+def parse_run(text: str) -> tuple[str, dict[str, str]]:
+    """Return row and options of ROW:KEY=VALUE,KEY=VALUE."""
+    name, _, rest = text.partition(":")
+    if name not in options.ROWS:
+        raise argparse.ArgumentTypeError(f"there is no row '{name}'; choose one of {', '.join(options.ROWS)}")
+    return name, dict(pair.split("=", 1) for pair in filter(None, rest.split(",")))
+
+
+def encoder_name(row: options.Options, width: str) -> str:
+    """Return the name of the encoder that a row needs."""
+    depth = "" if row.depth or row.settings.view == "height" else "_without_depth"
+    return f"encoder_{row.settings.view}{depth}_{width}"
+
+
+def archive(folder: Path, output: Path) -> list[Path]:
+    """Write the files of a folder that are worth keeping as pieces PIECE.0, ...; return them.
+
+    Files that would need more than PIECES pieces are left out, the largest ones last.
+    """
+    files = sorted(
+        {path for pattern in KEPT for path in folder.rglob(pattern)}, key=lambda p: p.stat().st_size
+    )
+    held, room = io.BytesIO(), MOST * PIECES - 2**20
+    with tarfile.open(fileobj=held, mode="w") as tar:
+        for path in files:
+            if path.stat().st_size + 1024 > room:
+                print(f"left out: {path.relative_to(folder)}", flush=True)
+                continue
+            room -= path.stat().st_size + 1024
+            tar.add(path, arcname=str(path.relative_to(folder)))
+    body = held.getvalue()
+    parts = []
+    for number, at in enumerate(range(0, len(body), MOST)):
+        parts.append(output / f"scene_gan.{number}")
+        parts[-1].write_bytes(body[at : at + MOST])
+    return parts
+
+
+def join(folder: Path, output: Path) -> None:
+    """Restore the files of an archive."""
+    parts = sorted(folder.glob("scene_gan.[0-9]"))
+    with tarfile.open(fileobj=io.BytesIO(b"".join(part.read_bytes() for part in parts))) as tar:
+        tar.extractall(output, filter="data")
+
+
+def start(module: str, work: Path, arguments: list[str]) -> subprocess.Popen:
+    """Start a program of this package; its output goes to a file in its folder."""
+    work.mkdir(parents=True, exist_ok=True)
+    with (work / "output.txt").open("w") as out:
+        command = [sys.executable, "-u", "-m", f"{MODULE}.{module}", "--work", str(work), *arguments]
+        return subprocess.Popen(command, stdout=out, stderr=subprocess.STDOUT)
+
+
+def wait(running: dict[str, subprocess.Popen], until: float) -> None:
+    """Wait for programs, at most until a time; end those that are late."""
+    for name, process in running.items():
+        try:
+            code = process.wait(max(until - time.time(), 1))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            code = "late"
+        print(f"{name}: {code}", flush=True)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--data", type=Path)
+    parser.add_argument("--test", type=Path)
+    parser.add_argument("--join", type=Path, metavar="OUT")
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--seconds", type=float, default=560.0, help="duration of the program")
+    parser.add_argument("--pretrain", type=float, default=130.0, help="seconds of it for the encoders")
+    parser.add_argument("--run", action="append", type=parse_run, default=[], metavar="ROW:KEY=VALUE,...")
+    parser.add_argument("--batch", type=int, default=256)
+    parser.add_argument("--device", default="cuda")
+    chosen = parser.parse_args(arguments)
+    if chosen.join is not None:
+        join(chosen.join, chosen.output)
+        return 0
+    if chosen.data is None or not chosen.run:
+        parser.error("name --data and at least one --run")
+    began = time.time()
+    chosen.output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
+        sources = {"train": chosen.data} | ({"test": chosen.test} if chosen.test else {})
+        for split, path in sources.items():
+            (scratch / split).mkdir()
+            for name, values in packing.unpack(path).items():
+                np.save(scratch / split / f"{name}.npy", values)
+        print(f"unpacked after {time.time() - began:.0f} s", flush=True)
+        work = scratch / "work"
+        common = ["--data", str(scratch / "train"), "--device", chosen.device]
+        encoders: dict[str, subprocess.Popen] = {}
+        for row, changes in chosen.run:
+            base, width = options.ROWS[row], changes.get("encoder_width", "64")
+            name = encoder_name(base, width)
+            if name in encoders:
+                continue
+            extra = ["--view", base.settings.view, "--encoder-width", width, "--batch", "128",
+                     "--seconds", str(began + chosen.pretrain - time.time())]  # fmt: skip
+            if not base.depth:
+                extra += ["--tasks", "classes"]
+            if chosen.test is not None:
+                extra += ["--test", str(scratch / "test")]
+            encoders[name] = start("pretrain", work / name, common + extra)
+        wait(encoders, began + chosen.pretrain + 20)
+        runs: dict[str, subprocess.Popen] = {}
+        until = began + chosen.seconds - PACKING
+        for row, changes in chosen.run:
+            name = row if row not in runs else f"{row}_{len(runs)}"
+            settings = {"batch": str(chosen.batch)} | changes
+            flags = [
+                part for key, value in settings.items() for part in (f"--{key.replace('_', '-')}", value)
+            ]
+            encoder = work / encoder_name(options.ROWS[row], changes.get("encoder_width", "64"))
+            extra = ["--row", row, "--encoder", str(encoder), "--seconds", str(until - time.time() - 5),
+                     "--checkpoint", "120", "--report", "10", *flags]  # fmt: skip
+            runs[name] = start("learning.train", work / name, common + extra)
+        wait(runs, until)
+        for path in archive(work, chosen.output):
+            print(f"{path.name}: {path.stat().st_size / 2**20:.1f} MiB", flush=True)
+    print(f"done after {time.time() - began:.0f} s", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,60 @@
+"""What a training is: the networks' settings, the critics, the step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from ....models.scene_gan.networks import Settings
+
+CRITICS = ("trajectory", "pose", "projection", "context")
+PARTS = ("all", "trajectory", "pose")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Settings of one training.
+
+    critics: names of CRITICS. depth: whether the encoder was pretrained on depth (D of table 1). part: train both
+    generators together, the trajectory generator alone, or the pose generator on true trajectories. critic_steps: for
+    each step of the generators. along: train the encoder along with the generators instead of caching its features.
+    average: of the weights that are kept, over steps. crop: size of the context critic's crops.
+    """
+
+    settings: Settings = Settings()
+    critics: tuple[str, ...] = CRITICS
+    depth: bool = True
+    part: str = "all"
+    batch: int = 64
+    rate: float = 2e-4
+    critic_steps: int = 2
+    along: bool = False
+    average: float = 0.999
+    crop: tuple[int, int] = (36, 64)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        unknown = set(self.critics) - set(CRITICS)
+        if unknown or self.part not in PARTS:
+            raise ValueError(f"there is no critic or part {sorted(unknown) or self.part!r}")
+
+
+_APART = ("trajectory", "pose")
+ROWS = {
+    "csgn": Options(Settings(separate=False), critics=("pose",), depth=False),
+    "m": Options(critics=_APART, depth=False),
+    "md": Options(critics=_APART),
+    "mdc": Options(critics=(*_APART, "context")),
+    "mdp": Options(critics=(*_APART, "projection")),
+    "all": Options(),
+    "height": Options(Settings(view="height")),
+    "geometry": Options(Settings(view="geometry")),
+}
+"""The rows of table 1, and the views that the paper does not have."""
+
+
+def row(name: str, **changes: object) -> Options:
+    """Return the options of a row, some of them changed; those of the networks' settings by their names."""
+    base = ROWS[name]
+    inner = {k: v for k, v in changes.items() if k in Settings.__dataclass_fields__ and v is not None}
+    outer = {k: v for k, v in changes.items() if k not in inner and v is not None}
+    return replace(base, settings=replace(base.settings, **inner), **outer)

@@ -1,0 +1,144 @@
+"""Train Scene GAN on a data set; goes on where it was stopped.
+
+python -m samp_blender.training.scene_gan.learning.train --data DATA/train --work RUN --row all --encoder ENCODER
+    --seconds 28800
+
+RUN gets state.pt (every --checkpoint seconds), log.jsonl, curves.png, a sheet of samples, and the averaged weights as
+models/weights.py loads them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import torch
+
+from ....models.scene_gan import networks
+from ..data import dataset
+from . import curves, options
+from .trainer import Trainer
+
+STATE = "state.pt"
+SHOWN = 8  # windows on a sheet
+SAVING = {"cpu": 3.0, "cuda": 12.0}  # seconds kept for the last save
+
+
+def parser() -> argparse.ArgumentParser:
+    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("--data", type=Path, required=True, help="folder of one split, see data/make.py")
+    made.add_argument("--work", type=Path, required=True)
+    made.add_argument("--row", choices=options.ROWS, default="all", help="row of table 1, or another view")
+    made.add_argument(
+        "--encoder", type=Path, help="folder that pretrain.py wrote; left out, the encoder is random"
+    )
+    made.add_argument("--seconds", type=float, required=True, help="duration of the program")
+    made.add_argument("--part", choices=options.PARTS)
+    made.add_argument("--view", choices=networks.VIEWS, help="what of the scene the networks see")
+    for name in ("batch", "critic-steps", "width", "noise", "pose-noise", "encoder-width", "seed"):
+        made.add_argument(f"--{name}", type=int)
+    made.add_argument("--rate", type=float)
+    made.add_argument("--average", type=float)
+    made.add_argument("--along", action="store_true", default=None, help="train the encoder along")
+    made.add_argument("--checkpoint", type=float, default=300.0, help="seconds between checkpoints")
+    made.add_argument("--report", type=float, default=30.0, help="seconds between lines of the log")
+    made.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
+    made.add_argument("--threads", type=int, default=1, help="of the CPU")
+    made.add_argument("--no-sheet", action="store_true")
+    return made
+
+
+class Run:
+    """A training in its folder."""
+
+    def __init__(self, made: Trainer, work: Path, sheets: bool) -> None:
+        self.trainer, self.work, self.sheets = made, work, sheets
+        self.began = time.time()
+        count = min(SHOWN, len(made.data))
+        spread = torch.linspace(0, len(made.data) - 1, count).long().to(made.data.device)
+        self.shown = made.data.batch(spread)
+
+    def report(self) -> dict[str, float]:
+        """Write a line of the log and return it. Raise FloatingPointError where a loss is not finite."""
+        values = self.trainer.losses()
+        curves.note(self.work / "log.jsonl", self.trainer.step_number, time.time() - self.began, values)
+        wrong = [name for name, value in values.items() if not math.isfinite(value)]
+        if wrong:
+            raise FloatingPointError(f"{wrong[0]} is not finite at step {self.trainer.step_number}")
+        return values
+
+    @torch.no_grad()
+    def save(self) -> None:
+        """Write state, weights, curves and a sheet of samples."""
+        self.trainer.save(self.work / STATE)
+        averaged = self.trainer.averaged()
+        networks.save(averaged, self.work)
+        curves.draw(curves.read(self.work / "log.jsonl"), self.work / "curves.png")
+        if self.sheets:
+            from . import sheet
+
+            scene = averaged.encoder(self.trainer.data.views(self.trainer.options.settings.view, self.shown))
+            draw = torch.Generator().manual_seed(1)
+            generated = averaged.draw(scene, self.shown.start, draw)
+            path = self.work / f"samples_{self.trainer.step_number:07d}.png"
+            sheet.of_samples(self.trainer.data, self.shown, generated, path)
+
+
+def load_encoder(folder: Path, settings: networks.Settings) -> dict[str, torch.Tensor]:
+    """Return the tensors of a pretrained encoder. Raises ValueError where it is of another view or width."""
+    notes = json.loads((folder / "encoder.json").read_text())
+    for name in ("view", "scene", "encoder_width"):
+        if notes[name] != getattr(settings, name):
+            raise ValueError(
+                f"the encoder in {folder} has {name} {notes[name]}, not {getattr(settings, name)}"
+            )
+    return torch.load(folder / "encoder.pt", map_location="cpu", weights_only=True)["encoder"]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    began = time.time()
+    chosen = parser().parse_args(arguments)
+    torch.set_num_threads(chosen.threads)
+    names = ("part", "view", "batch", "critic_steps", "width", "noise", "pose_noise", "encoder_width", "seed", "rate",
+             "average", "along")  # fmt: skip
+    wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
+    if chosen.part in ("trajectory", "pose"):
+        kept = {"trajectory": ("trajectory",), "pose": ("pose",)}[chosen.part]
+        wanted = options.replace(wanted, critics=kept)
+    chosen.work.mkdir(parents=True, exist_ok=True)
+    (chosen.work / "options.json").write_text(json.dumps(asdict(wanted), indent=1) + "\n")
+    data = dataset.load(chosen.data, chosen.device, resident=chosen.device != "cpu")
+    encoder = None if chosen.encoder is None else load_encoder(chosen.encoder, wanted.settings)
+    made = Trainer(data, wanted, encoder)
+    made.keep_standing()
+    if (chosen.work / STATE).exists():
+        made.resume(chosen.work / STATE)
+        print(f"goes on at step {made.step_number}", flush=True)
+    if not wanted.along:
+        made.cache_features()
+    run = Run(made, chosen.work, not chosen.no_sheet)
+    print(f"{len(data)} pairs on {chosen.device}, ready after {time.time() - began:.0f} s", flush=True)
+    end = began + chosen.seconds - SAVING[torch.device(chosen.device).type]
+    reported = saved = time.time()
+    while time.time() < end:
+        made.step()
+        if time.time() - reported > chosen.report:
+            reported = time.time()
+            values = run.report()
+            text = " ".join(f"{name} {value:.3f}" for name, value in values.items())
+            print(f"{time.time() - began:.0f} s step {made.step_number} {text}", flush=True)
+        if time.time() - saved > chosen.checkpoint:
+            saved = time.time()
+            run.save()
+    run.report()
+    run.save()
+    print(f"step {made.step_number}, saved", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,189 @@
+"""The adversarial training: one step of critics and generators (sections 3.2, 3.3 and 4.2)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import torch
+from torch import nn
+
+from ....models.scene_gan import critics as judges
+from ....models.scene_gan.networks import STANDING, SceneGan
+from ....models.scene_gan.projection import Motions
+from ....models.scene_gan.scene_encoder import SceneEncoder
+from ..data.dataset import Batch, Dataset
+from . import losses
+from .options import Options
+
+CLASSES = {
+    "trajectory": judges.TrajectoryCritic,
+    "pose": judges.PoseCritic,
+    "projection": judges.ProjectionCritic,
+    "context": judges.ContextCritic,
+}
+
+
+class Trainer:
+    """Networks, critics and optimisers of one training on a data set.
+
+    encoder: tensors of the pretrained encoder, or None. Everything random depends on the options' seed, on the CPU.
+    """
+
+    def __init__(
+        self, data: Dataset, options: Options, encoder: dict[str, torch.Tensor] | None = None
+    ) -> None:
+        torch.manual_seed(options.seed)
+        self.data, self.options = data, options
+        self.random = torch.Generator().manual_seed(options.seed)
+        self.networks = SceneGan(options.settings).to(data.device)
+        if encoder is not None:
+            self.networks.encoder.load_state_dict(encoder)
+        self.critics = nn.ModuleDict({name: self._critic(name) for name in options.critics}).to(data.device)
+        trained = [
+            p for n, p in self.networks.named_parameters() if options.along or not n.startswith("encoder.")
+        ]
+        adam = lambda values: torch.optim.Adam(values, options.rate, betas=(0.5, 0.999))
+        self.generator_steps, self.critic_steps = adam(trained), adam(self.critics.parameters())
+        self.average = {k: v.detach().clone() for k, v in self.networks.state_dict().items()}
+        self.features: torch.Tensor | None = None
+        self.step_number = 0
+        self._sums: dict[str, torch.Tensor] = {}
+        self._counts: dict[str, int] = defaultdict(int)
+
+    def _critic(self, name: str) -> nn.Module:
+        sizes = self.options.settings.sizes
+        return CLASSES[name](sizes, self.options.crop) if name == "context" else CLASSES[name](sizes)
+
+    @torch.no_grad()
+    def cache_features(self, size: int = 64) -> None:
+        """Compute the scene features (2, N, scene) of all pairs, as they are and mirrored."""
+        self.networks.eval()
+        made = []
+        for mirrored in (False, True):
+            for first in range(0, len(self.data), size):
+                pairs = torch.arange(first, min(first + size, len(self.data)), device=self.data.device)
+                batch = self.data.batch(pairs, torch.full_like(pairs, mirrored, dtype=torch.bool))
+                made.append(self.networks.encoder(self.data.views(self.options.settings.view, batch)).half())
+        self.features = torch.cat(made).view(2, len(self.data), -1)
+        self.networks.train()
+
+    def keep_standing(self) -> None:
+        """Store standing poses of the data set with the networks."""
+        self.networks.standing.copy_(self.data.standing(STANDING))
+        self.average["standing"].copy_(self.networks.standing)
+
+    def scene(self, batch: Batch) -> torch.Tensor:
+        """Return the scene features (B, scene) of a batch, cached ones where the encoder is not trained along."""
+        if self.options.along:
+            return self.networks.encoder(self.data.views(self.options.settings.view, batch))
+        if self.features is None:
+            self.cache_features()
+        return self.features[batch.mirrored.long(), batch.pairs].float()
+
+    def draw(self, batch: Batch, scene: torch.Tensor) -> Motions:
+        """Return generated windows for a batch, by the part that is trained."""
+        if self.options.part == "trajectory":
+            start, made = batch.start, self.networks.trajectory
+            velocities = made(made.latent.draw(len(start), self.random), scene, start)
+            return Motions.of(start, velocities, start.six[:, None].expand(-1, 64, -1, -1))
+        known = batch.motions.velocities if self.options.part == "pose" else None
+        return self.networks.draw(scene, batch.start, self.random, known)
+
+    def _inputs(self, name: str, motions: Motions, batch: Batch) -> torch.Tensor:
+        critic = self.critics[name]
+        if name == "context":
+            return critic.inputs(motions, batch.start, self.data.depth(batch))
+        return critic.inputs(motions, batch.start)
+
+    def step(self) -> None:
+        """Do one step of the generators after ``critic_steps`` of the critics."""
+        for _ in range(self.options.critic_steps):
+            self._train_critics(self.data.sample(self.options.batch, self.random))
+        self._train_generators(self.data.sample(self.options.batch, self.random))
+        self.step_number += 1
+
+    def _train_critics(self, batch: Batch) -> None:
+        with torch.no_grad():
+            scene = self.scene(batch)
+            made = self.draw(batch, scene)
+        total = torch.zeros((), device=scene.device)
+        for name, critic in self.critics.items():
+            real, fake = self._inputs(name, batch.motions, batch), self._inputs(name, made, batch)
+            judge = lambda x, critic=critic: critic(x, scene, batch.start)
+            share = torch.rand(len(real), generator=self.random).to(scene.device)
+            apart = judge(real).mean() - judge(fake).mean()
+            penalty = losses.gradient_penalty(judge, real, fake, share)
+            total = total - apart + losses.PENALTY * penalty
+            self._note(f"{name}_distance", apart)
+            self._note(f"{name}_penalty", penalty)
+        self.critic_steps.zero_grad(set_to_none=True)
+        total.backward()
+        self.critic_steps.step()
+
+    def _train_generators(self, batch: Batch) -> None:
+        scene = self.scene(batch)
+        made = self.draw(batch, scene)
+        total = torch.zeros((), device=scene.device)
+        for name, critic in self.critics.items():
+            total = total - critic(self._inputs(name, made, batch), scene.detach(), batch.start).mean()
+        if self.options.along and isinstance(self.networks.encoder, SceneEncoder) and self.options.depth:
+            depth = self.networks.encoder.decoder(scene)[0]
+            true = self.data.depth(batch)
+            supervised = losses.inverse_huber(depth, true, (true < 20).float())
+            self._note("depth", supervised)
+            total = total + supervised
+        self._note("root_error", (made.root - batch.motions.root).norm(dim=-1).mean())
+        self._note("pose_error", (made.positions - batch.motions.positions).norm(dim=-1).mean())
+        self.generator_steps.zero_grad(set_to_none=True)
+        total.backward()
+        self.generator_steps.step()
+        self._average()
+
+    @torch.no_grad()
+    def _average(self) -> None:
+        share = min(self.options.average, 1 - 1 / (self.step_number + 1))
+        for name, value in self.networks.state_dict().items():
+            if value.is_floating_point():
+                self.average[name].lerp_(value, 1 - share)
+            else:
+                self.average[name].copy_(value)
+
+    def _note(self, name: str, value: torch.Tensor) -> None:
+        self._sums[name] = self._sums.get(name, 0) + value.detach()
+        self._counts[name] += 1
+
+    def losses(self) -> dict[str, float]:
+        """Return the means since the last call: distance and penalty of each critic, errors in metres against the
+        true window of the same start."""
+        found = {name: float(value) / self._counts[name] for name, value in self._sums.items()}
+        self._sums, self._counts = {}, defaultdict(int)
+        return found
+
+    def averaged(self) -> SceneGan:
+        """Return the networks with the averaged weights, in evaluation mode."""
+        made = SceneGan(self.options.settings).to(self.data.device)
+        made.load_state_dict(self.average)
+        return made.eval()
+
+    def save(self, path: Path) -> None:
+        """Write everything that the training goes on with; the file is whole or as it was."""
+        state = {
+            "networks": self.networks.state_dict(), "critics": self.critics.state_dict(), "average": self.average,
+            "generator_steps": self.generator_steps.state_dict(), "critic_steps": self.critic_steps.state_dict(),
+            "random": self.random.get_state(), "step": self.step_number,
+        }  # fmt: skip
+        part = path.with_suffix(".part")
+        torch.save(state, part)
+        part.replace(path)
+
+    def resume(self, path: Path) -> None:
+        """Go on from what `save` wrote."""
+        state = torch.load(path, map_location=self.data.device, weights_only=True)
+        self.networks.load_state_dict(state["networks"])
+        self.critics.load_state_dict(state["critics"])
+        self.average = state["average"]
+        self.generator_steps.load_state_dict(state["generator_steps"])
+        self.critic_steps.load_state_dict(state["critic_steps"])
+        self.random.set_state(state["random"].cpu())
+        self.step_number = state["step"]
