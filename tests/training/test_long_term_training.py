@@ -23,10 +23,10 @@ def walk(seed):
     swing = 0.35 * np.sin(phase)
     rotations = np.zeros((FRAMES, 22, 4))
     rotations[..., 0] = 1
-    for joint, sign in ((1, -1), (2, 1)):
-        rotations[:, joint] = np.stack(
-            [np.cos(swing / 2), sign * np.sin(swing / 2), 0 * swing, 0 * swing], -1
-        )
+    for hip, knee, sign in ((1, 4, 1), (2, 5, -1)):
+        bend = 0.8 * np.clip(sign * np.cos(phase), 0, 1)
+        for joint, angle in ((hip, -sign * swing), (knee, bend)):
+            rotations[:, joint] = np.stack([np.cos(angle / 2), np.sin(angle / 2), 0 * angle, 0 * angle], -1)
     yaw = 0.5 * seed + 0.2 * np.sin(time)
     rotations[:, 0] = np.stack([np.cos(yaw / 2), 0 * yaw, np.sin(yaw / 2), 0 * yaw], -1)
     root = np.zeros((FRAMES, 3))
