@@ -1,6 +1,6 @@
 """Pack a corpus of rooms into one compact file for the trainings of the long-term method.
 
-python -m samp_blender.training.long_term.pack --corpus cache/rooms --split train --output long_term.bin --mib 48
+python -m samp_blender.training.long_term.pack --corpus cache/rooms --split train --output long_term.bin --mib 36
 
 Whole episodes are kept, evenly over the rooms, as many as fit; every window of every length is drawn from them, so that
 a frame that many windows share is stored once. Positions are rounded to 0.1 mm, rotations to 0.014 degrees, points of
@@ -191,7 +191,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--corpus", type=Path, required=True)
     parser.add_argument("--split", choices=store.SPLITS, default="train")
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument("--mib", type=float, default=48.0, help="size of the file, about")
+    parser.add_argument("--mib", type=float, default=36.0, help="size of the file, about")
     parser.add_argument("--windows", type=int, default=8000, help="windows of each length, over all rooms")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
