@@ -39,9 +39,10 @@ def sub_goals(
 ) -> list[tuple[np.ndarray, float]]:
     """Return random points on floor, seats and beds with yaws, each some way from the one before."""
     room = data.room
-    islands = view.navmesh.island_of(view.navmesh.walkable)
-    free = view.navmesh.points[islands == np.bincount(islands).argmax()]
-    free = free[free[:, 1] < 0.1]
+    mesh = view.navmesh
+    low = mesh.points[:, 1] < 0.1  # the roof can be walked on, too
+    free, islands = mesh.points[low], mesh.island_of(mesh.walkable[low])
+    free = free[islands == np.bincount(islands).argmax()]
     rests = []
     for item in room.seats:
         piece = room.triangles[room.objects == item]
