@@ -50,10 +50,10 @@ def choose(
     drawn = networks.sample_bodies(wanted, cloud, tools.body_noise(rng, draws, scale))
     resting = place.action in SEATED
     if resting:
-        figures, costs = _settled(drawn, surfaces.field(), float(place.floor[1]))
+        figures, costs = _settled(drawn, surfaces.field, float(place.floor[1]))
     else:
         figures = [_grounded(figure, float(place.floor[1])) for figure in drawn]
-        costs = _costs(figures, surfaces.field(), float(place.floor[1]))[:, 0]
+        costs = _costs(figures, surfaces.field, float(place.floor[1]))[:, 0]
     if phase is not None:
         read = np.array([tools.phase(figure) for figure in figures])
         off = np.arccos(np.clip(read @ gait, -1, 1))

@@ -6,6 +6,7 @@ Network frame, metres.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from ...scene.navmesh.navmesh import NavMesh
 
 MOST_POINTS = 512
 """Points of one cloud."""
+FREE = 24
+"""Points over walkable ground that decide which side of a surface is outside."""
 TALL = 2.2
 """Metres over the floor over which nothing is seen."""
 
@@ -47,9 +50,10 @@ class Surfaces:
 
     def is_solid(self, points: np.ndarray) -> bool:
         """Return whether any of some points (K, 3) is inside something."""
-        return bool((self.field().at(points)[0] < 0).any())
+        return bool((self.field.at(points)[0] < 0).any())
 
+    @cached_property
     def field(self) -> SignedDistance:
-        """Return the signed distances of the scene; cached."""
-        free = self.mesh.points[:: max(1, len(self.mesh.points) // 64)] + [0.0, 1.0, 0.0]
+        """The signed distances of the scene."""
+        free = self.mesh.points[:: max(1, len(self.mesh.points) // FREE)] + [0.0, 1.0, 0.0]
         return cached_field(self.triangles, free, self.mesh.laid_ground)
