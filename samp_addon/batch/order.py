@@ -55,8 +55,6 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
     opened: the file that Blender has open.
     """
     method = registry.find(options.get("method", registry.DEFAULT))
-    if method.actions and not options.get("action"):
-        raise UsageError("Say what to do with --action: " + ", ".join(method.actions) + ".")
     own = {option.name for option in method.options}
     plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
     foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite"})

@@ -22,6 +22,7 @@ class Option:
     name: as in a jobs file; on the command line ``--`` is put before it and dashes stand for underscores. kind: float,
     int or str. metavar: one name for each value of an occurrence. repeated: whether it may occur several times; its
     value is then a tuple of occurrences. default: the value where it is left out. minimum, maximum: bounds of numbers.
+    switch: on the command line, where it differs from the name.
     """
 
     name: str
@@ -32,11 +33,12 @@ class Option:
     default: Any = None
     minimum: float | None = None
     maximum: float | None = None
+    switch: str = ""
 
     @property
     def flag(self) -> str:
         """The option on the command line."""
-        return "--" + self.name.replace("_", "-")
+        return self.switch or "--" + self.name.replace("_", "-")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from importlib import import_module
 from ..errors import UsageError
 from .method import Method
 
-FOLDERS = ("samp", "scene_gan")
+FOLDERS = ("samp", "long_term", "scene_gan")
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (import_module(f".{folder}.method", __package__).METHOD for folder in FOLDERS)

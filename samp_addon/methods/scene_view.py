@@ -23,10 +23,10 @@ class SceneView:
     geometry: all triangles, the target's too, characters' not. target: (F, 3, 3) of what the action is about, or None.
     parts: names of the target's objects in `geometry`. start: floor position (3,) and yaw in radians, or None for a
     free place. destination: floor position (3,) and yaw or None. goals: places on the target that the artist has
-    chosen. via: floor positions (3,) that the path passes, in order. camera: what the step's camera sees, or None.
-    characters: names of objects
-    in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that these
-    go on from; `start` counts for nothing then.
+    chosen. via: floor positions (3,) that the path passes, in order. sub_goals: points (3,) on floors, seats and beds
+    with yaws in radians, in order, the start first. camera: what the step's camera sees, or None. characters: names of
+    objects in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that
+    these go on from; `start` counts for nothing then.
     """
 
     geometry: SceneGeometry
@@ -36,6 +36,7 @@ class SceneView:
     destination: tuple[np.ndarray, float | None] | None = None
     goals: Sequence[Goal] = ()
     via: Sequence[np.ndarray] = ()
+    sub_goals: Sequence[tuple[np.ndarray, float]] = ()
     camera: CameraView | None = None
     characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
@@ -49,6 +50,7 @@ class SceneView:
     def navmesh(self) -> navigation.NavMesh:
         """The walkable ground, around all places that this step is about."""
         places = [goal.position for goal in self.goals] + [take.floor_end for take in self.after.values()]
+        places += [point for point, _ in self.sub_goals]
         for place in (self.start, self.destination):
             if place is not None:
                 places.append(place[0])

@@ -56,6 +56,8 @@ def read_view(
         found["camera"] = camera_picture.take(context, camera, geometry)
     if first and "via" in needs:
         found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
+    if "sub_goals" in needs:
+        found["sub_goals"] = [place(numbers) for numbers in step.settings.get("sub_goals") or ()]
     return SceneView(geometry, **found)
 
 

@@ -44,6 +44,8 @@ class Samp:
 
     def check(self, step: Step) -> None:
         """Raise UsageError where the action's target or place is missing or is not for it."""
+        if not step.action:
+            raise UsageError("Say what to do with --action: " + ", ".join(self.actions) + ".")
         if step.action not in self.actions:
             raise UsageError(f"There is no action '{step.action}'; choose one of {', '.join(self.actions)}.")
         if step.action in SEATED and not step.target:

@@ -1,0 +1,68 @@
+"""Bodies at sub-goals: the conditional VAE of section 3.2, figure 3 (a).
+
+Everything is in the sub-goal's own frame. What is given of {beta, t, r} is where the pelvis is wanted and which way it
+faces; the network returns how the real body departs from that. The paper's condition has no gait; here its two numbers
+say whether the body stands still (0, 0) or is caught in a stride.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import nn
+
+from .layers import ResidualBlock, dense, gaussian, sample
+from .layout import BETAS, BODY, PHASE, ROTATION, SCENE, TRANSLATION
+from .point_net import PointEncoder
+
+LATENT = 32
+WIDTH = 256
+_GIVEN = TRANSLATION + ROTATION
+
+
+class SubGoalNet(nn.Module):
+    """Encoder (body, condition) -> z (B, 32) and decoder (z, condition) -> body (B, 65)."""
+
+    def __init__(self, width: int = WIDTH) -> None:
+        super().__init__()
+        self.scene = PointEncoder()
+        self.integrated = nn.Linear(SCENE + BETAS + _GIVEN + PHASE, width)
+        self.body = nn.Sequential(nn.Linear(BODY + BETAS, width), ResidualBlock(width), ResidualBlock(width))
+        self.latent = dense(2 * width, width, 2 * LATENT)
+        self.decoder = nn.Sequential(
+            nn.Linear(LATENT + width, width), ResidualBlock(width), ResidualBlock(width), nn.LeakyReLU(0.2),
+            nn.Linear(width, BODY),
+        )  # fmt: skip
+
+    def condition(
+        self, cloud: torch.Tensor, betas: torch.Tensor, given: torch.Tensor, gait: torch.Tensor
+    ) -> torch.Tensor:
+        """Return the integrated feature F^hs (B, W).
+
+        cloud: (B, N, 3). betas: (B, 10). given: (B, 9), t and r. gait: (B, 2), see gait.py.
+        """
+        joined = torch.cat([self.scene(cloud), betas, given, gait], dim=-1)
+        return nn.functional.leaky_relu(self.integrated(joined), 0.2)
+
+    def encode(
+        self, condition: torch.Tensor, body: torch.Tensor, betas: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return mean and log-variance (B, 32) of z for bodies (B, 65)."""
+        return gaussian(self.latent(torch.cat([self.body(torch.cat([body, betas], -1)), condition], dim=-1)))
+
+    def decode(self, condition: torch.Tensor, given: torch.Tensor, z: torch.Tensor) -> torch.Tensor:
+        """Return bodies (B, 65); t and r are added to what is given."""
+        made = self.decoder(torch.cat([z, condition], dim=-1))
+        return torch.cat([made[..., :_GIVEN] + given, made[..., _GIVEN:]], dim=-1)
+
+    def forward(
+        self,
+        cloud: torch.Tensor,
+        betas: torch.Tensor,
+        given: torch.Tensor,
+        gait: torch.Tensor,
+        body: torch.Tensor,
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Return reconstructed bodies (B, 65), and mean and log-variance (B, 32) of the sampled z."""
+        condition = self.condition(cloud, betas, given, gait)
+        mean, log_variance = self.encode(condition, body, betas)
+        return self.decode(condition, given, sample(mean, log_variance)), mean, log_variance

@@ -1,0 +1,93 @@
+"""Bodies at sub-goals (section 3.2): drawn from the network, put onto what carries them, and the best of them chosen.
+
+Network frame, metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...body import betas as shapes
+from ...body import human
+from ...scene.distance.signed_distance import SignedDistance
+from ...vocabulary import SEATED
+from .figure import Figure, as_motion
+from .places import Place
+from .surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from .networks import Networks
+
+DRAWS = 12
+"""Bodies that are drawn for one place, the best of which is taken."""
+AROUND = 1.25
+"""Metres around a body from which its cloud is taken."""
+LIFTS = np.arange(-0.08, 0.081, 0.01)
+"""Metres by which a seated or lying body is raised or lowered to touch what carries it."""
+TOUCHING = 0.005
+OFF_PHASE = 0.04
+"""Metres of depth that weigh as much as a radian beside the wanted phase."""
+
+
+def choose(
+    networks: Networks, surfaces: Surfaces, place: Place, betas: np.ndarray, rng: np.random.Generator,
+    scale: float, phase: float | None = None, draws: int = DRAWS,
+) -> Figure:  # fmt: skip
+    """Return a body for a place.
+
+    betas: (10,). scale: standard deviation of the noise. phase: of the gait, radians, where the place is walked
+    through; None where the body stays.
+    """
+    from . import networks as tools
+    from .networks import Wanted
+
+    gait = np.zeros(2) if phase is None else np.array([np.cos(phase), np.sin(phase)])
+    wanted = Wanted(place.pelvis, place.yaw, float(place.floor[1]), betas, gait)
+    cloud = surfaces.cloud(place.pelvis[None], AROUND, wanted.level, int(rng.integers(2**31)))
+    drawn = networks.sample_bodies(wanted, cloud, tools.body_noise(rng, draws, scale))
+    resting = place.action in SEATED
+    if resting:
+        figures, costs = _settled(drawn, surfaces.field, float(place.floor[1]))
+    else:
+        figures = [_grounded(figure, float(place.floor[1])) for figure in drawn]
+        costs = _costs(figures, surfaces.field, float(place.floor[1]))[:, 0]
+    if phase is not None:
+        read = np.array([tools.phase(figure) for figure in figures])
+        off = np.arccos(np.clip(read @ gait, -1, 1))
+        costs = costs + OFF_PHASE * off
+    return figures[int(np.argmin(costs))]
+
+
+def _grounded(figure: Figure, floor: float) -> Figure:
+    """Return a standing figure with its lowest skin on the floor."""
+    body = shapes.body_of(figure.betas)
+    lowest = float(human.skin(body, as_motion([figure]), body.collision)[0, :, 1].min())
+    return figure.moved(np.array([0.0, floor - lowest, 0.0]))
+
+
+def _settled(
+    figures: Sequence[Figure], field: SignedDistance, floor: float
+) -> tuple[list[Figure], np.ndarray]:
+    """Return resting figures at the heights at which they fit best, and their costs (K,)."""
+    costs = _costs(figures, field, floor, LIFTS)
+    best = costs.argmin(1)
+    moved = [figure.moved(np.array([0.0, LIFTS[k], 0.0])) for figure, k in zip(figures, best, strict=True)]
+    return moved, costs.min(1)
+
+
+def _costs(
+    figures: Sequence[Figure], field: SignedDistance, floor: float, lifts: Sequence[float] = (0.0,)
+) -> np.ndarray:
+    """Return how badly figures fit at some heights (K, L): depth of the skin, and distance of the nearest skin."""
+    body = shapes.body_of(figures[0].betas)
+    skin = human.skin(body, as_motion(figures), body.collision[::8]).astype(np.float64)
+    costs = np.empty((len(figures), len(lifts)))
+    for column, lift in enumerate(lifts):
+        points = (skin + [0.0, lift, 0.0]).reshape(-1, 3)
+        distance = np.minimum(field.at(points)[0], points[:, 1] - floor).reshape(skin.shape[:2])
+        depth = np.maximum(-distance - TOUCHING, 0)
+        costs[:, column] = 20 * depth.mean(1) + depth.max(1) + np.abs(np.sort(distance, 1)[:, :20]).mean(1)
+    return costs

@@ -1,0 +1,125 @@
+"""Windows joined to one take (section 3.4): no jump at the seams, contacts, locked feet. Network frame, metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ... import rotation, skeleton
+from ...motion import Motion, velocities
+from ...refine.feet.foot_lock import lock_feet
+from ...vocabulary import ACTIONS, CONTACTS, SEATED
+
+SEAM = 5.0
+"""Frames around a seam over which velocities are evened out; sigma of the weight."""
+SMOOTHING = 2.5
+"""Frames: sigma of the Gaussian at a seam."""
+STILL, LOW = 0.35, 0.045
+"""Metres per second and metres over its lowest place under which a ball of the foot is on the ground."""
+WALKING = 0.25
+"""Metres per second of the pelvis above which somebody walks."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A window: its motion, and what the body does at its begin and at its end."""
+
+    motion: Motion
+    begin: str
+    end: str
+
+
+def joined(parts: Sequence[Part]) -> tuple[Motion, list[int]]:
+    """Return one motion of windows in a row, and the frames at which each of them ends.
+
+    A window begins with the frame with which the one before it ends, which is kept once.
+    """
+    root, quats = [parts[0].motion.root[:1]], [parts[0].motion.rotations[:1]]
+    ends, weights = [0], [_actions(parts[0])[:1]]
+    for part in parts:
+        root.append(part.motion.root[1:])
+        quats.append(part.motion.rotations[1:])
+        weights.append(_actions(part)[1:])
+        ends.append(ends[-1] + len(part.motion) - 1)
+    motion = replace(
+        parts[0].motion,
+        root=np.concatenate(root),
+        rotations=rotation.continuous(np.concatenate(quats)),
+        actions=np.concatenate(weights),
+    )
+    return _even(motion, ends[1:-1]), ends[1:]
+
+
+def finished(motion: Motion, floor: np.ndarray) -> Motion:
+    """Return the motion with contacts, and with feet that stay where they stand. floor: heights (T,)."""
+    motion = replace(motion, contacts=contacts(motion))
+    locked = lock_feet(motion, floor)
+    resting = motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1)
+    share = np.clip(1 - 2 * resting, 0, 1)  # feet of a body that rests are where the network has them
+    return replace(
+        motion,
+        root=motion.root + share[:, None] * (locked.root - motion.root),
+        rotations=rotation.slerp(motion.rotations, locked.rotations, share[:, None]),
+    )
+
+
+def contacts(motion: Motion) -> np.ndarray:
+    """Return the contacts (T, 5) by speed and height of the feet, and of the pelvis by the action."""
+    joints = motion.forward_kinematics()[0]
+    found = np.zeros((len(motion), len(CONTACTS)))
+    found[:, CONTACTS.index("pelvis")] = (
+        motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1) > 0.5
+    )
+    for side in ("left", "right"):
+        ball = joints[:, skeleton.INDEX[f"{side}_foot"]]
+        speed = np.linalg.norm(velocities(ball, motion.fps), axis=-1)
+        lowest = np.minimum.reduce([np.roll(ball[:, 1], k) for k in range(-20, 21, 4)])
+        on_ground = (gaussian_filter1d(speed, 1.0, mode="nearest") < STILL) & (ball[:, 1] < lowest + LOW)
+        found[:, CONTACTS.index(f"{side}_foot")] = gaussian_filter1d(on_ground.astype(float), 1.0) > 0.5
+    return found
+
+
+def interaction_start(motion: Motion) -> int | None:
+    """Return the first frame of the last run in which the body rests on something, or None."""
+    busy = motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1) > 0.5
+    if not busy[-1]:
+        return None
+    idle = np.flatnonzero(~busy)
+    return int(idle[-1] + 1) if len(idle) else 0
+
+
+def _actions(part: Part) -> np.ndarray:
+    """Return the weights (T, 5) of the actions in a window: walking by speed, resting by the pelvis' height."""
+    motion = part.motion
+    weights = np.zeros((len(motion), len(ACTIONS)))
+    height = motion.root[:, 1]
+    for name, end, other in ((part.begin, 0, -1), (part.end, -1, 0)):
+        if name in SEATED:
+            drop = height[other] - height[end]
+            still = part.begin in SEATED and part.end in SEATED
+            share = np.ones(len(motion)) if still or abs(drop) < 0.05 else (height[other] - height) / drop
+            weights[:, ACTIONS.index(name)] = np.maximum(
+                weights[:, ACTIONS.index(name)], np.clip(share * 1.25 - 0.25, 0, 1)
+            )
+    left = 1 - np.clip(weights.sum(1), 0, 1)
+    speed = np.linalg.norm(velocities(motion.root, motion.fps)[:, [0, 2]], axis=-1)
+    walks = np.clip(gaussian_filter1d(speed, 3.0, mode="nearest") / WALKING - 0.5, 0, 1)
+    weights[:, ACTIONS.index("walk")], weights[:, ACTIONS.index("idle")] = left * walks, left * (1 - walks)
+    return weights / np.maximum(weights.sum(1, keepdims=True), 1e-9)
+
+
+def _even(motion: Motion, seams: Sequence[int]) -> Motion:
+    """Return the motion with velocities evened out around the seams; elsewhere it stays as it is."""
+    if not seams:
+        return motion
+    frames = np.arange(len(motion))
+    share = np.max([np.exp(-0.5 * ((frames - seam) / SEAM) ** 2) for seam in seams], axis=0)
+    soft = motion.smoothed(SMOOTHING)
+    return replace(
+        motion,
+        root=motion.root + share[:, None] * (soft.root - motion.root),
+        rotations=rotation.slerp(motion.rotations, soft.rotations, share[:, None]),
+    )

@@ -1,0 +1,143 @@
+"""One take: a body at each stop, a window between each two, joined (sections 3.2 to 3.4). Network frame, metres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...body import betas as shapes
+from ...body import hand_poses
+from ...motion import Motion
+from ...vocabulary import SEATED
+from . import bodies, joining, networks, way
+from .figure import Figure
+from .networks import Crossing, Networks
+from .places import Place
+from .planning import Leg
+from .surfaces import Surfaces
+
+CYCLE = 1.15
+"""Metres of way in two steps, as in models/long_term/gait.py."""
+AROUND = 2.0
+"""Metres around both ends of a window from which its cloud is taken."""
+HELD = 60
+"""Frames of the windows in which a body stays where it is, at most."""
+LEAST_HELD = 3
+
+
+@dataclass
+class Made:
+    """A take in the making. figures, frames: of the places that the artist chose, with the frames in which they are
+    reached; the parts of the take follow each other."""
+
+    parts: list[joining.Part] = field(default_factory=list)
+    floors: list[np.ndarray] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list)
+
+    @property
+    def length(self) -> int:
+        """Frames so far, less the first one."""
+        return sum(len(part.motion) - 1 for part in self.parts)
+
+    def add(self, motion: Motion, begin: str, end: str, floor: tuple[float, float]) -> None:
+        """Append a window. floor: heights at its ends."""
+        self.parts.append(joining.Part(motion, begin, end))
+        self.floors.append(np.linspace(*floor, len(motion))[1:])
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """What all takes of a step share.
+
+    scale: standard deviation of all noise. speed: factor on the usual pace. pause, hold: seconds at each place between
+    and at the last one.
+    """
+
+    networks: Networks
+    surfaces: Surfaces
+    betas: np.ndarray
+    scale: float
+    speed: float
+    pause: float
+    hold: float
+
+    def take(
+        self, start: Place, legs: Sequence[Leg], rng: np.random.Generator, figure: Figure | None,
+        progress: Callable[[float], None],
+    ) -> tuple[Motion, Made]:  # fmt: skip
+        """Return the motion from a start along its legs. figure: with which it begins, or None to draw one."""
+        made = Made()
+        figure = figure or bodies.choose(self.networks, self.surfaces, start, self.betas, rng, self.scale)
+        made.figures.append(figure)
+        made.frames.append(0)
+        place, count = start, sum(len(leg.stops) for leg in legs)
+        for number, leg in enumerate(legs):
+            if number:
+                self._hold(made, figure, place, self.pause, rng)
+            for stop, path in zip(leg.stops, leg.paths, strict=True):
+                progress(len(made.parts) / max(count + len(legs), 1))
+                figure = self._step(made, figure, place, stop, path, rng)
+                place = stop
+            made.figures.append(figure)
+            made.frames.append(made.length)
+        self._hold(made, figure, place, self.hold, rng)
+        motion, _ = joining.joined(made.parts)
+        floor = np.concatenate([made.floors[0][:1], *made.floors])
+        return joining.finished(motion, floor), made
+
+    def _step(
+        self, made: Made, figure: Figure, place: Place, stop: Place, path: np.ndarray, rng: np.random.Generator
+    ) -> Figure:  # fmt: skip
+        """Add the window to a stop; return the body there."""
+        phase = None
+        if not stop.fixed:
+            phase = float(np.arctan2(*networks.phase(figure)[::-1])) + 2 * np.pi * _length(path) / CYCLE
+        target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
+        line = np.concatenate([figure.root[None], path[1:-1], target.root[None]])
+        crossing = Crossing(
+            figure, target, way.resampled(line), (not place.fixed, not stop.fixed), self.speed,
+            networks.noises(rng, self.scale),
+        )  # fmt: skip
+        motion = self.networks.cross(crossing, self._cloud(figure, target, rng))
+        made.add(motion, place.action, stop.action, (figure.level, target.level))
+        return target
+
+    def _hold(
+        self, made: Made, figure: Figure, place: Place, seconds: float, rng: np.random.Generator
+    ) -> None:
+        """Add windows in which a body stays where it is."""
+        left = round(seconds * 30)
+        still = way.resampled(np.array([figure.root, figure.root]))
+        while left >= LEAST_HELD:
+            frames = min(left, HELD)
+            crossing = Crossing(figure, figure, still, (False, False), 1.0, networks.noises(rng, self.scale))
+            motion = self.networks.cross(crossing, self._cloud(figure, figure, rng), frames + 1)
+            made.add(motion, place.action, place.action, (figure.level, figure.level))
+            left -= frames
+
+    def _cloud(self, start: Figure, end: Figure, rng: np.random.Generator) -> np.ndarray:
+        both = np.array([start.root, end.root])
+        return self.surfaces.cloud(both, AROUND, start.level, int(rng.integers(2**31)))
+
+
+def last_figure(motion: Motion, betas: np.ndarray, level: float) -> Figure:
+    """Return the body in which a take ends."""
+    rotations = motion.rotations[-1, :22]
+    return Figure(motion.root[-1], rotations, hand_poses.code("relaxed"), betas, level)
+
+
+def default_betas() -> np.ndarray:
+    """Return the betas (10,) of the default human."""
+    return np.zeros(shapes.COUNT)
+
+
+def is_resting(place: Place) -> bool:
+    """Return whether a body sits or lies at a place."""
+    return place.action in SEATED
+
+
+def _length(path: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(path[:, [0, 2]], axis=0), axis=-1).sum())
