@@ -102,7 +102,8 @@ def test_windows_begin_at_the_origin(data, mirrored):
     assert (batch.route[:, -1, 2] > 1.0).all()
     torch.testing.assert_close(batch.path[:, -1], batch.route[:, -1, [0, 2]], atol=0.01, rtol=0)
     wanted = 2 * torch.pi * 2.0 * SPEED / gait.STRIDE_LENGTH
-    assert (batch.total - wanted).abs().max() < 0.6
+    # The phase is read from the legs, exactly only where they pass each other: within a quarter of a cycle.
+    assert (batch.total - wanted).abs().max() < torch.pi / 2
     cloud = data.cloud(batch, 64)
     near = torch.minimum(
         cloud[..., [0, 2]].norm(dim=-1), (cloud - batch.route[:, -1:, :3])[..., [0, 2]].norm(dim=-1)

@@ -32,7 +32,7 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
         low, high = joints[frame].min(0) - surface.reach, joints[frame].max(0) + surface.reach
         samples = obstacles.samples(low, high)
         samples = samples[surface.near(joints[frame], samples)]
-        found = surface.inside(skin, samples)
+        found = surface.inside(skin, samples, joints[frame])
         deepest = found.depth.max(initial=0.0)
         # Skin that folds over itself in the groin faces inwards: points of the body's inside have to be near, too.
         if deepest > CONFIRMED:
@@ -59,6 +59,8 @@ def deepest(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
         tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
         close.append(np.flatnonzero(np.isfinite(tree.query(samples, distance_upper_bound=CONFIRMED_NEAR)[0])))
     some = np.array([frame for frame, near in enumerate(close) if len(near)], int)
-    for frame, skin in zip(some, human.skin(body, motion.pose_slice(some), surface.vertices), strict=True):
-        worst = max(worst, float(surface.inside(skin, samples[close[frame]]).depth.max(initial=0.0)))
+    part = motion.pose_slice(some)
+    joints = skeleton.forward_kinematics(part.root, complete(part.rotations), body.joints)[0]
+    for frame, skin, own in zip(some, human.skin(body, part, surface.vertices), joints, strict=True):
+        worst = max(worst, surface.deepest(skin, samples[close[frame]], own))
     return worst
