@@ -58,8 +58,8 @@ UNDER = 0.12
 LEVEL = 0.7
 """Vertical component of the normals of seats."""
 
-DEEP = 0.015
-"""Metres of depth from which on a seat is pushed out downwards, and a back rest backwards."""
+DEEP, THICKEST = 0.015, 0.16
+"""Metres of depth between which a seat is pushed out downwards, and a back rest backwards: through a body at most."""
 
 BEHIND, BACK_REACH = 0.03, 0.8
 """Metres behind a seated pelvis' goal from which on steep surfaces are its back rest, and around it up to which."""
@@ -157,7 +157,7 @@ class ThinThings:
     def deepest(self, motion: Motion) -> float:
         """Return the largest depth of a sample in the body, metres; 0 where the body is free."""
         found = self._found(motion, np.arange(len(motion)))
-        return max([0.0, *(float(one.depth.max(initial=0.0)) - CLEARANCE for one in found.values())])
+        return max([0.0, *(float(one.nearest.max(initial=0.0)) - CLEARANCE for one in found.values())])
 
     def seats(self, motion: Motion) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the samples of seats inside thighs and pelvis in all frames of a motion.
@@ -232,12 +232,13 @@ class ThinThings:
             )
             nearest = own[cKDTree(skin[own] @ beside).query(point[deep] @ beside)[1]]
             along = (skin[nearest] - point[deep]) @ axis
-            deeper = along > depth[deep]
+            deeper = (along > depth[deep]) & (along < THICKEST)
             deep, nearest, along = deep[deeper], nearest[deeper], along[deeper]
             vertex[deep], depth[deep], out[deep] = self.surface.vertices[nearest], along, axis
         place = skin[self._at[vertex]]
-        depth += CLEARANCE - self.give[index] - self._yields[vertex]
-        return _Found(vertex, place, out, depth, point, seat)
+        allowed = CLEARANCE - self.give[index]
+        nearest_depth = inside.depth + allowed - self._yields[inside.vertex]
+        return _Found(vertex, place, out, depth + allowed - self._yields[vertex], point, seat, nearest_depth)
 
     def _are_seats(self, index: np.ndarray, pelvis: np.ndarray) -> np.ndarray:
         """Return flags (N,) of samples of level surfaces at the height of a seat under a pelvis joint (3,)."""
@@ -260,7 +261,7 @@ class ThinThings:
 
 @dataclass(frozen=True)
 class _Found:
-    """Samples inside the body in one frame; fields as of Pierced."""
+    """Samples inside the body in one frame; fields as of Pierced. nearest: (N,) depths to the nearest skin."""
 
     vertex: np.ndarray
     place: np.ndarray
@@ -268,6 +269,7 @@ class _Found:
     depth: np.ndarray
     point: np.ndarray
     seat: np.ndarray
+    nearest: np.ndarray
 
 
 def _apart(joints: np.ndarray) -> np.ndarray:
