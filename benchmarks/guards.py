@@ -1,4 +1,4 @@
-"""Takes that show what nobody can do, and whether they are marked, by an independent computation.
+"""Takes with physically impossible motion, and whether they carry a warning, by an independent computation.
 
 python -m samp_blender.benchmarks.guards [--takes 200] [--furniture FOLDER] [--seed 0]
 

@@ -1,6 +1,6 @@
 """What supports a body: squats in the air, flights, seats that glide, and feet that hang. Network frame, metres.
 
-A take can end on its goal and still show what nobody can do. These measures look at every frame of it.
+A take can end on its goal and still contain physically impossible motion. These measures look at every frame of it.
 """
 
 from __future__ import annotations

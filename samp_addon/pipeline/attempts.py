@@ -1,4 +1,4 @@
-"""Takes of one step, tried again where they fail or show what nobody can do: which attempt is kept."""
+"""Takes of one step, repeated where they fail or contain physically impossible motion: which attempt is kept."""
 
 from __future__ import annotations
 

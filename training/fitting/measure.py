@@ -1,4 +1,4 @@
-"""How well the sits of a fitted training set fit their furniture, told as the table of docs/training.md.
+"""How well the sits of a fitted training set fit their furniture, printed as the table of docs/training.md.
 
 python -m samp_blender.training.fitting.measure --data fitted.npz --furniture FOLDER [--most 80]
 """

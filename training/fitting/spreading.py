@@ -16,7 +16,7 @@ from .shapes import posing
 from .shapes.surfaces import SeatSurface
 
 HARDLY_LOWER = (
-    0.2  # metres by which a seated pelvis is lower than a standing one, or the way down is told by time
+    0.2  # metres by which a seated pelvis is lower than a standing one; with less, the descent follows time
 )
 LEAD, LAG = 4, 14  # frames before sitting down and after being seated over which such a way is spread
 SETTLED = 0.035  # metres from the seated pelvis within which a body is at rest

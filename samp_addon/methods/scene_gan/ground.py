@@ -35,7 +35,7 @@ class Ground:
         return self.mesh.points[rows, 1]
 
     def wrong(self, root: np.ndarray, floor: float) -> float:
-        """Return the share of frames in which a pelvis (T, 3) is where nobody can be.
+        """Return the share of frames in which a pelvis (T, 3) is at a place that a body cannot occupy.
 
         floor: height of the ground at the beginning.
         """

@@ -13,7 +13,7 @@ PLACE = np.array([1.0, 0.0, 2.0, np.pi / 2])
 
 
 def episode():
-    """Labels and items of a walk, a sit on item 0, a walk, and a rest at the end from which nobody rises."""
+    """Labels and items of a walk, a sit on item 0, a walk, and a final rest without standing up."""
     names = ["walk"] * 300 + ["sit_down"] * 20 + ["sit"] * 100 + ["stand_up"] * 20 + ["walk"] * 300
     items = np.full(len(names), -1)
     items[300:440] = 0

@@ -12,7 +12,7 @@ from ....samp_addon.scene.distance.signed_distance import SignedDistance
 from ....samp_addon.scene.distance.solids import BoxedTriangles, free_counts
 from . import probes
 
-WORTH_A_LOOK = 0.016  # metres of depth, told by the rest pose, from which the posed skin is asked
+WORTH_A_LOOK = 0.016  # metres of depth, estimated from the rest pose, above which the posed skin is measured
 _FAR = 3.0  # metres from a piece at which all is free
 
 

@@ -68,7 +68,7 @@ class SeatSurface:
 
     @classmethod
     def of(cls, surface: np.ndarray, goal: Goal) -> SeatSurface:
-        """The surface of a piece, told by samples (N, 3), about a sitting goal."""
+        """Return the surface of a piece around a sitting goal, from samples (N, 3) of it."""
         frame = Frame.of(goal)
         points = frame.to_seat(surface)
         level = float(goal.position[1]) - SEAT_TO_PELVIS

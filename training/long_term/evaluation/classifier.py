@@ -35,7 +35,7 @@ class _Judge(nn.Module):
 
 
 def accuracy(true: torch.Tensor, made: torch.Tensor, rooms: np.ndarray, seed: int = 0) -> float:
-    """Return the share of windows in held-out rooms that are told right.
+    """Return the share of windows in held-out rooms that are classified correctly.
 
     true, made: joints (B, T, 22, 3) of the same windows, captured and made. rooms: (B,) numbers.
     """
