@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..errors import UsageError
+from ..vocabulary import SEATED
 
 if TYPE_CHECKING:
     from ..progress import Progress
@@ -110,3 +111,11 @@ def _check_bounds(option: Option, value: object) -> None:
                 f"{word} {limit:g}" for word, limit in (("from", low), ("to", high)) if limit is not None
             )
             raise UsageError(f"{option.flag} is {number:g}; choose {limits}.")
+
+
+def require_place(step: Step) -> None:
+    """Raise UsageError where an action that needs a target or a place has none."""
+    if step.action in SEATED and not step.target:
+        raise UsageError(f"Name what to {step.action} on with --target.")
+    if step.action in ("walk", "run") and not step.target and step.to is None:
+        raise UsageError(f"Say where to {step.action} with --to X Y Z [YAW] or --target.")

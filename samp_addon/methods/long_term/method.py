@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...errors import PathError, SampError, UsageError
-from ...vocabulary import SEATED
-from ..method import Draw, Option, checked_settings
+from ..method import Draw, Option, checked_settings, require_place
 from .installed import installed
 
 if TYPE_CHECKING:
@@ -73,10 +72,7 @@ class LongTerm:
             raise UsageError(
                 f"The method 'long_term' has no action '{step.action}'; choose one of {', '.join(self.actions)}."
             )
-        if step.action in SEATED and not step.target:
-            raise UsageError(f"Name what to {step.action} on with --target.")
-        if step.action == "walk" and not step.target and step.to is None:
-            raise UsageError("Say where to walk with --to X Y Z [YAW] or --target.")
+        require_place(step)
 
     def load(self) -> None:
         """Import torch and load the weights."""

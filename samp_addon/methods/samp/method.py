@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import PathError, SampError, UsageError
 from ...vocabulary import ACTIONS, SEATED
-from ..method import Draw, Option
+from ..method import Draw, Option, require_place
 
 if TYPE_CHECKING:
     from ...motion import Motion
@@ -48,10 +48,7 @@ class Samp:
             raise UsageError("Say what to do with --action: " + ", ".join(self.actions) + ".")
         if step.action not in self.actions:
             raise UsageError(f"There is no action '{step.action}'; choose one of {', '.join(self.actions)}.")
-        if step.action in SEATED and not step.target:
-            raise UsageError(f"Name what to {step.action} on with --target.")
-        if step.action in ("walk", "run") and not step.target and step.to is None:
-            raise UsageError(f"Say where to {step.action} with --to X Y Z [YAW] or --target.")
+        require_place(step)
         if step.action in SEATED and step.to is not None:
             raise UsageError(f"--to is for walk and run; to {step.action}, name a --target.")
 
