@@ -15,6 +15,9 @@ from ..scene.geometry import SceneGeometry, extent
 from ..scene.navmesh import navmesh as navigation
 from .take import Take
 
+SIDEWAYS = 0.12
+"""Metres: radius of a character that walks sideways through a gap."""
+
 
 @dataclass(frozen=True)
 class SceneView:
@@ -49,6 +52,19 @@ class SceneView:
     @cached_property
     def navmesh(self) -> navigation.NavMesh:
         """The walkable ground, around all places that this step is about."""
+        return self._walkable(self.geometry, navigation.Agent())
+
+    @cached_property
+    def narrow_navmesh(self) -> navigation.NavMesh:
+        """The ground that can be walked on sideways as well, as between two rows of seats."""
+        return self._walkable(self.geometry, navigation.Agent(radius=SIDEWAYS))
+
+    @cached_property
+    def narrow_navmesh_of_others(self) -> navigation.NavMesh:
+        """The same without the target, on which a body sits down."""
+        return self._walkable(self.geometry.without(self.parts), navigation.Agent(radius=SIDEWAYS))
+
+    def _walkable(self, geometry: SceneGeometry, agent: navigation.Agent) -> navigation.NavMesh:
         places = [goal.position for goal in self.goals] + [take.floor_end for take in self.after.values()]
         places += [point for point, _ in self.sub_goals]
         for place in (self.start, self.destination):
@@ -56,4 +72,4 @@ class SceneView:
                 places.append(place[0])
         if self.target is not None:
             places += extent(self.target)
-        return navigation.build(self.geometry.triangles, cover=np.array(places).reshape(-1, 3))
+        return navigation.build(geometry.triangles, agent, cover=np.array(places).reshape(-1, 3))

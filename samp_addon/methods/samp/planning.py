@@ -65,8 +65,8 @@ class Planner:
             goal = self._seat(draw.noise) if seated else self._standing_goal(rng, before)
         with clock.stage("path"):
             start, yaw = self._start(goal.position, rng) if before is None else before.exit
-            waypoints = self._path(start, goal)
-            remarks = self._remarks(waypoints)
+            waypoints, narrow = self._path(start, goal)
+            remarks = ((self._narrow,) if narrow else ()) + self._remarks(waypoints)
             if not seated:
                 # A destination inside an obstacle is snapped to the nearest walkable point.
                 goal = replace(goal, position=waypoints[-1])
@@ -85,6 +85,7 @@ class Planner:
             after=None if before is None else before.motion,
             remarks=remarks,
             ground=self.mesh.heights_at,
+            free=self.scene.narrow_navmesh_of_others.nearest_places if narrow else None,
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:
@@ -118,28 +119,44 @@ class Planner:
                 )
         return tuple(found)
 
-    def _path(self, start: np.ndarray, goal: Goal) -> np.ndarray:
-        """Return way-points (N, 3) from the start past the artist's places to the goal. Raise SampError."""
-        legs = []
+    def _path(self, start: np.ndarray, goal: Goal) -> tuple[np.ndarray, bool]:
+        """Return way-points (N, 3) from the start past the artist's places to the goal, and whether they lead through
+        a narrow gap. Raise SampError where there is no way."""
+        legs, narrow = [], False
         for place in self.scene.via:
             legs.append(paths.plan(self.mesh, start, place).waypoints)
             start = legs[-1][-1]
         if self.step.action in SEATED:
-            last = self._to_seat(start, goal)
+            last, narrow = self._to_seat(start, goal)
         else:
             last = paths.plan(self.mesh, start, goal.position)
         # Each leg begins where the one before it ended.
-        return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints])
+        return np.concatenate([*(leg[:-1] for leg in legs), last.waypoints]), narrow
 
-    def _to_seat(self, start: np.ndarray, goal: Goal) -> paths.Path:
-        """Return the path to a place beside the goal. Raise SampError that names what is in the way."""
+    def _to_seat(self, start: np.ndarray, goal: Goal) -> tuple[paths.Path, bool]:
+        """Return the path to a place beside the goal, and whether it leads through a gap, where there is no other.
+
+        Raises SampError that names what is in the way.
+        """
         try:
-            return paths.plan_to_goal(self.mesh, start, goal)
+            return paths.plan_to_goal(self.mesh, start, goal), False
         except PathError as error:
+            try:
+                return paths.plan_to_goal(self.scene.narrow_navmesh, start, goal), True
+            except PathError:
+                pass
             known = self.scene.explained
             if str(error) not in known:
                 known[str(error)] = refusals.no_way(self.step, self.scene, start, goal, error)
             raise known[str(error)] from error
+
+    @property
+    def _narrow(self) -> str:
+        width = 200 * self.mesh.agent.radius
+        target = self.step.target
+        return (
+            f"The way to '{target}' is narrower than {width:.0f} cm: the body brushes what stands beside it."
+        )
 
     @cached_property
     def _front(self) -> float:

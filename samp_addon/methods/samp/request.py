@@ -20,7 +20,8 @@ class Request:
     seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the
     noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it the character stands at
     the start. remarks: sentences for the artist about what was asked for and is not done exactly. ground: returns
-    the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground.
+    the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground. free: where
+    the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which a body fits.
     """
 
     start_position: np.ndarray
@@ -36,3 +37,4 @@ class Request:
     after: Motion | None = None
     remarks: tuple[str, ...] = ()
     ground: Callable[[np.ndarray], np.ndarray] | None = None
+    free: Callable[[np.ndarray], np.ndarray] | None = None

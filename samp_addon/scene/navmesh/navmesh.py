@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ... import frames
 from ...errors import PathError
@@ -106,6 +107,16 @@ class NavMesh:
         """Return the heights (N,) of the ground that is nearest in height to points (N, 3), NaN where there is none."""
         places = self.ground.at(points)
         return np.where(places >= 0, self.ground.places.height[places], np.nan)
+
+    def nearest_places(self, points: np.ndarray) -> np.ndarray:
+        """Return points (N, 3) moved horizontally to the nearest walkable place where they are not over one."""
+        places = self.ground.at(points)
+        here = (places >= 0) & (self.pieces.owner[places] >= 0)
+        if not len(self.walkable):
+            return points
+        _, nearest = cKDTree(self.points[:, [0, 2]]).query(points[:, [0, 2]])
+        moved = np.stack([self.points[nearest, 0], points[:, 1], self.points[nearest, 2]], axis=-1)
+        return np.where(here[:, None], points, moved)
 
     def island_of(self, places: np.ndarray) -> np.ndarray:
         """Return the connected part (...) of walkable places (...)."""

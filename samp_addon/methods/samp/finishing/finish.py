@@ -12,6 +12,7 @@ from ....motion import Motion
 from ....refine.feet.foot_lock import lock_feet
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
+from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
 from .resting import RestingTop
 from .seat_edge import SeatFront
@@ -41,11 +42,13 @@ def finish(
     front: SeatFront | None = None,
     top: RestingTop | None = None,
     ground: Ground | None = None,
+    free: FreeFloor | None = None,
 ) -> Motion:
     """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
     travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
-    final place of the pelvis. top: of the object that the body rests on. ground: under the feet.
+    final place of the pelvis. top: of the object that the body rests on. ground: under the feet. free: floor of a
+    narrow way.
     """
     motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
     motion = settle_on_goal(motion, route.goals[-1], action)
@@ -55,6 +58,8 @@ def finish(
         if top.back:
             motion = raise_trunk(motion, route.goals[-1], top.back)
         motion = top.cleared(motion, route.goals[-1])
+    seated = 0.0 if motion.interaction_start is None else _lift_weight(motion)
+    motion = keep_on(motion, free, np.ones(len(motion)) - seated)
     motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
     motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))

@@ -132,5 +132,12 @@ def _finished(take: PlannedTake, recorded: dict[str, np.ndarray], done: bool) ->
     motion = _motion(recorded)
     request = take.request
     return finish.finish(
-        motion, take.route, recorded["travelled"], request.action, take.front, take.top, request.ground
+        motion,
+        take.route,
+        recorded["travelled"],
+        request.action,
+        take.front,
+        take.top,
+        request.ground,
+        request.free,
     )
