@@ -95,6 +95,15 @@ def test_an_open_box_is_still_solid(name, turn):
     assert ((found < 0) == (exact[away] < 0))[clear].mean() >= 0.99
 
 
+def test_what_is_open_upwards_holds_what_lies_in_it():
+    bath = box()
+    bath = bath[~(np.abs(bath[:, :, 1] - HIGH[1]) < 1e-9).all(1)]
+    points = np.random.default_rng(0).uniform(LOW + 0.03, HIGH - 0.03, (500, 3))
+    for turn in (1, -1):
+        found, _ = signed_distance.cached_field(bath[:, ::turn], FREE).at(points)
+        assert (found > 0).all()
+
+
 def test_a_sheet_has_no_inside():
     sheet = np.array(
         [[[0, 0.5, 0], [0, 0.5, 1], [1, 0.5, 0]], [[1, 0.5, 1], [1, 0.5, 0], [0, 0.5, 1]]], float

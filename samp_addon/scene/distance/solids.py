@@ -2,7 +2,7 @@
 
 Inside and outside follow from the winding number along the six axis directions: the number of surfaces left minus the
 number entered by a ray to infinity. Artists' meshes are open (sofas without a bottom, seats of one sheet), so a point
-counts as inside where more than half of the six rays agree.
+counts as inside where more than half of the six rays agree, the one that points up among them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ PITCH = 0.02
 """Metres. A point 2 cm deep always lies in a cell whose centre is inside as well."""
 
 MARGIN = 0.1
-_DIRECTIONS = 6
+_DIRECTIONS, _UP = 6, 2
+"""Number of directions of rays, and the one that points up."""
+
 _SPACING = 0.02
 """Metres between the surface samples that find the closest triangles."""
 
@@ -85,12 +87,17 @@ def solid_cells(
 ) -> np.ndarray:
     """Flag the cells (X, Y, Z) inside the scene, of a grid with lowest corner low (3,) and cells of ``pitch`` metres.
 
-    free: result of free_counts.
+    What is open upwards is not solid, but holds what lies in it: a hammock, a bath. free: result of free_counts.
     """
-    votes = np.zeros(shape, np.int8)
-    for counts, outside in zip(_counts(scene, low, shape, pitch), free, strict=True):
-        votes += counts > outside
-    return votes > _DIRECTIONS // 2
+    votes, covered = np.zeros(shape, np.int8), np.zeros(shape, bool)
+    for direction, (counts, outside) in enumerate(zip(_counts(scene, low, shape, pitch), free, strict=True)):
+        inside = counts > outside
+        votes += inside
+        if direction == _UP:
+            # Cells on the bottom of a solid see it as a whole above them.
+            covered = inside.copy()
+            covered[:, :-1] |= inside[:, 1:]
+    return covered & (votes > _DIRECTIONS // 2)
 
 
 def _crossings(
