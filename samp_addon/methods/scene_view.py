@@ -18,6 +18,9 @@ from .take import Take
 SIDEWAYS = 0.12
 """Metres: radius of a character that walks sideways through a gap."""
 
+UPRIGHT = navigation.Agent(radius=0.18, step=0.6)
+"""The room for a pelvis that sinks onto a seat while the trunk leans forward over low things."""
+
 
 @dataclass(frozen=True)
 class SceneView:
@@ -60,9 +63,9 @@ class SceneView:
         return self._walkable(self.geometry, navigation.Agent(radius=SIDEWAYS))
 
     @cached_property
-    def narrow_navmesh_of_others(self) -> navigation.NavMesh:
-        """The same without the target, on which a body sits down."""
-        return self._walkable(self.geometry.without(self.parts), navigation.Agent(radius=SIDEWAYS))
+    def room_to_sit_down(self) -> navigation.NavMesh:
+        """Where a body has room between other things than the target; their low tops belong to it."""
+        return self._walkable(self.geometry.without(self.parts), UPRIGHT)
 
     def _walkable(self, geometry: SceneGeometry, agent: navigation.Agent) -> navigation.NavMesh:
         places = [goal.position for goal in self.goals] + [take.floor_end for take in self.after.values()]

@@ -38,6 +38,13 @@ SURROUNDINGS = 1.0
 MOVED = 0.1
 """Metres beside the artist's place from which that is worth a remark."""
 
+FRONT, CRAMPED = 0.5, 0.15
+"""Metres in front of a seated pelvis where a body stands before it sits down, and from there to the nearest free floor
+beyond which a seat is cramped."""
+
+BESIDE_PATH = 0.3
+"""Metres beside a path through a narrow gap within which the body is kept."""
+
 STAND_OFF = 0.5
 """Metres between an object and a character that stands in front of it."""
 
@@ -85,7 +92,7 @@ class Planner:
             after=None if before is None else before.motion,
             remarks=remarks,
             ground=self.mesh.heights_at,
-            free=self.scene.narrow_navmesh_of_others.nearest_places if narrow else None,
+            free=self._kept_clear(waypoints, goal) if narrow or self._cramped(goal) else None,
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:
@@ -149,6 +156,22 @@ class Planner:
             if str(error) not in known:
                 known[str(error)] = refusals.no_way(self.step, self.scene, start, goal, error)
             raise known[str(error)] from error
+
+    def _cramped(self, goal: Goal) -> bool:
+        """Return whether there is no room to stand in front of a seat."""
+        if goal.action != "sit":
+            return False
+        front = goal.position + FRONT * np.asarray(goal.direction)
+        nearest = self.mesh.ground.points(np.array(self.mesh.nearest(front)))
+        return float(np.linalg.norm((nearest - front)[[0, 2]])) > CRAMPED
+
+    def _kept_clear(self, waypoints: np.ndarray, goal: Goal) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the function that moves points (N, 3) to where a body has room along a path (N, 3) to a goal."""
+        stand = goal.position + BESIDE_PATH * np.asarray(goal.direction)
+        room, corners = self.scene.room_to_sit_down, [*waypoints, stand, goal.position]
+        legs = zip(corners[:-1], corners[1:], strict=True)
+        line = np.concatenate([np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / 0.05)) for a, b in legs])
+        return lambda points: room.nearest_places(points, line, BESIDE_PATH)
 
     @property
     def _narrow(self) -> str:

@@ -108,14 +108,21 @@ class NavMesh:
         places = self.ground.at(points)
         return np.where(places >= 0, self.ground.places.height[places], np.nan)
 
-    def nearest_places(self, points: np.ndarray) -> np.ndarray:
-        """Return points (N, 3) moved horizontally to the nearest walkable place where they are not over one."""
+    def nearest_places(self, points: np.ndarray, near: np.ndarray, within: float) -> np.ndarray:
+        """Return points (N, 3) moved horizontally to the nearest walkable place where they are not over one.
+
+        near: points (M, 3) of a path; places farther from it than ``within`` metres are beyond what bounds the path.
+        Points stay where they are if there is no place.
+        """
+        flat = self.points[:, [0, 2]]
+        chosen = cKDTree(near[:, [0, 2]]).query(flat, distance_upper_bound=within)[0] <= within
+        if not chosen.any():
+            return points
         places = self.ground.at(points)
         here = (places >= 0) & (self.pieces.owner[places] >= 0)
-        if not len(self.walkable):
-            return points
-        _, nearest = cKDTree(self.points[:, [0, 2]]).query(points[:, [0, 2]])
-        moved = np.stack([self.points[nearest, 0], points[:, 1], self.points[nearest, 2]], axis=-1)
+        here &= cKDTree(near[:, [0, 2]]).query(points[:, [0, 2]])[0] <= within
+        _, nearest = cKDTree(flat[chosen]).query(points[:, [0, 2]])
+        moved = np.stack([flat[chosen][nearest, 0], points[:, 1], flat[chosen][nearest, 1]], axis=-1)
         return np.where(here[:, None], points, moved)
 
     def island_of(self, places: np.ndarray) -> np.ndarray:
