@@ -89,7 +89,7 @@ def observe(
     body = body or human.load()
     skin = human.skin(body, motion, body.collision).astype(np.float64)
     depth, touching = found or obstacles.depth(skin, floor)
-    seat = _seat_skin(body)
+    seat = seat_skin(body)
     bent = knee_flexion(motion).min(1) > BENT
     carried = (depth[:, seat] > 0).any(1) | (skin[:, seat, 1].min(1) < floor + UNDER)
     rows = np.flatnonzero(bent & ~carried)
@@ -163,7 +163,7 @@ def _hanging(seen: Support, goal: Goal | None, floor: float, fps: float) -> floa
     return float(max(np.median(seen.sole[hold]) - floor, 0.0) * 100)
 
 
-def _seat_skin(body: Human) -> np.ndarray:
+def seat_skin(body: Human) -> np.ndarray:
     """Return indices among the collision vertices of the back of pelvis and thighs: what people sit on."""
     main = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0]
     main = main[body.collision]

@@ -21,7 +21,7 @@ def sitting(seat=0.45, frames=90, lift=0.0, glide=0.0, knees=90.0):
         rotations[:, thigh] = rotation.from_axis_angle(np.array([-np.pi / 2, 0, 0]))
         rotations[:, knee] = rotation.from_axis_angle(np.array([np.radians(knees), 0, 0]))
     motion = Motion(np.zeros((frames, 3)), rotations)
-    lowest = human.skin(BODY, motion.pose_slice(slice(0, 1)), BODY.collision)[0][support._seat_skin(BODY), 1]
+    lowest = human.skin(BODY, motion.pose_slice(slice(0, 1)), BODY.collision)[0][support.seat_skin(BODY), 1]
     root = np.tile([0.0, seat + lift - lowest.min(), 0.0], (frames, 1))
     root[:, 0] += glide * np.arange(frames) / 30
     return Motion(root, rotations)
