@@ -22,6 +22,13 @@ OPERATORS = (
     "plan_path",
     "add_waypoint",
     "set_start",
+    "add_sub_goal",
+    "remove_sub_goal",
+    "move_sub_goal",
+    "clear_sub_goals",
+    "sample_bodies",
+    "pin_body",
+    "use_current_pose",
     "clear_overlays",
     "show_take",
     "step_take",
@@ -55,11 +62,13 @@ def register() -> None:
 
     from ..samp_addon import ui
     from ..samp_addon.blender.rigs import bone_table
+    from ..samp_addon.blender.sub_goals import following
 
     bone_table.register()
     for name in OPERATORS:
         bpy.utils.register_class(operator_class(name))
     ui.register()
+    following.register()
 
 
 def unregister() -> None:
@@ -68,7 +77,9 @@ def unregister() -> None:
 
     from ..samp_addon import ui
     from ..samp_addon.blender.rigs import bone_table
+    from ..samp_addon.blender.sub_goals import following
 
+    following.unregister()
     ui.unregister()
     for name in reversed(OPERATORS):
         bpy.utils.unregister_class(operator_class(name))

@@ -30,7 +30,7 @@ class SAMP_OT_generate(PickPoint, SettingsOperator, bpy.types.Operator):
     def label(self, context: bpy.types.Context) -> str:
         from ..samp_addon.ui import job_from_settings
 
-        return job_from_settings.button_label(context.scene.samp)
+        return job_from_settings.button_label(context)
 
     def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.ui import job_from_settings

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..motion import Goal
+from ..motion import Goal, Motion
 from ..scene.camera_view import CameraView
 from ..scene.geometry import SceneGeometry, extent
 from ..scene.navmesh import navmesh as navigation
@@ -30,9 +30,10 @@ class SceneView:
     parts: names of the target's objects in `geometry`. start: floor position (3,) and yaw in radians, or None for a
     free place. destination: floor position (3,) and yaw or None. goals: places on the target that the artist has
     chosen. via: floor positions (3,) that the path passes, in order. sub_goals: points (3,) on floors, seats and beds
-    with yaws in radians, in order, the start first. camera: what the step's camera sees, or None. characters: names of
-    objects in `geometry` that are other characters' bodies, with the characters' names. after: by seed, the takes that
-    these go on from; `start` counts for nothing then.
+    with yaws in radians, in order, the start first. bodies: for each sub-goal the body that the artist has seen there,
+    one frame in the default proportions, or None where the method chooses; empty for none at all. camera: what the
+    step's camera sees, or None. characters: names of objects in `geometry` that are other characters' bodies, with the
+    characters' names. after: by seed, the takes that these go on from; `start` counts for nothing then.
     """
 
     geometry: SceneGeometry
@@ -43,6 +44,7 @@ class SceneView:
     goals: Sequence[Goal] = ()
     via: Sequence[np.ndarray] = ()
     sub_goals: Sequence[tuple[np.ndarray, float]] = ()
+    bodies: Sequence[Motion | None] = ()
     camera: CameraView | None = None
     characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))

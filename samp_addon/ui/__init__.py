@@ -29,7 +29,7 @@ def unregister() -> None:
 
 def _classes() -> list[type]:
     """Return all classes but the settings; panels in the order of the sidebar."""
-    from . import lists, menu, panel, takes
+    from . import lists, menu, panel, sub_goals, takes
 
-    panels = (*panel.CLASSES, *takes.CLASSES, *panel.LATER, *lists.CLASSES, *panel.LAST)
+    panels = (*panel.CLASSES, *sub_goals.CLASSES, *takes.CLASSES, *panel.LATER, *lists.CLASSES, *panel.LAST)
     return [*menu.CLASSES, *panels]

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender.scene import candidates
+from ..blender.sub_goals import arrows
 from ..errors import SampError
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import method_options
+from . import method_options, sub_goal_settings
 
 if TYPE_CHECKING:
     from ..pipeline.job import Job
@@ -18,9 +19,12 @@ if TYPE_CHECKING:
 BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
 
 
-def button_label(settings: bpy.types.PropertyGroup) -> str:
+def button_label(context: bpy.types.Context) -> str:
     """Return the label of the generate button."""
+    settings = context.scene.samp
     method = registry.find(settings.method)
+    if sub_goals(context):
+        return "Bake"
     return BUTTON_LABELS[settings.action] if method.actions else method.label
 
 
@@ -29,6 +33,9 @@ def why_not(context: bpy.types.Context) -> str:
     settings = context.scene.samp
     if not registry.find(settings.method).actions:
         return ""
+    if found := sub_goals(context):
+        enough = len(found) > 1 or settings.start_from == "POSE"
+        return "" if enough else "There is only one sub-goal; add another one, the first one is the start"
     if settings.action in SEATED and settings.target is None and not candidates.selected(context):
         reason = candidates.why_none(context)
         known = "" if reason.startswith("No furniture") else f"{reason}; "
@@ -47,6 +54,9 @@ def job(context: bpy.types.Context) -> Job:
     own = {"method": settings.method, "settings": method_options.values(settings, method)}
     if not method.actions:
         return Job(action="", **own, **common(settings))
+    if sub_goals(context):
+        character = {"character": sub_goal_settings.owner(context).name}
+        return Job(action="", **own, **common(settings) | character)
     target = settings.target.name if settings.target else ""
     if not target and settings.action in SEATED:
         target = targets.clicked_target(context)
@@ -57,6 +67,13 @@ def job(context: bpy.types.Context) -> Job:
         **own,
         **common(settings),
     )
+
+
+def sub_goals(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """Return the sub-goals that the next take passes; none where the method has none, or the character."""
+    if "sub_goals" not in registry.find(context.scene.samp.method).needs:
+        return []
+    return arrows.listed(context, sub_goal_settings.owner(context))
 
 
 def job_of_steps(context: bpy.types.Context) -> Job:

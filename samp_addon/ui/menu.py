@@ -9,10 +9,11 @@ from . import method_options
 ENTRIES = (
     ("sit_here", "lie_here", "walk_here", "improvise"),
     ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "set_start"),
+    ("add_sub_goal", "sample_bodies", "pin_body", "use_current_pose", "remove_sub_goal", "clear_sub_goals"),
     ("refine", "set_cushion", "measure"),
     ("create_character", "bake", "export_take", "carry_to_rig"),
 )
-METHODS = {"improvise": "scene_gan"}
+METHODS = {"improvise": "scene_gan"} | dict.fromkeys(ENTRIES[2], "long_term")
 """Operators that are there only with the method of this name."""
 
 
@@ -24,16 +25,20 @@ class SAMP_MT_menu(bpy.types.Menu):
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.operator_context = "INVOKE_DEFAULT"
-        for number, names in enumerate(ENTRIES):
+        groups = [[name for name in names if _is_there(name)] for names in ENTRIES]
+        for number, names in enumerate(filter(None, groups)):
             if number:
                 self.layout.separator()
             for name in names:
-                if name in METHODS and not method_options.offered(METHODS[name]):
-                    continue
                 if name == "export_take":
                     self.layout.operator_menu_enum("samp.export_take", "kind")
                 else:
                     self.layout.operator(f"samp.{name}")
+
+
+def _is_there(name: str) -> bool:
+    """Return whether the method of an operator is there."""
+    return name not in METHODS or method_options.offered(METHODS[name])
 
 
 def _entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:

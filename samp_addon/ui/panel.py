@@ -51,15 +51,15 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         if len(registry.METHODS) > 1:
             layout.prop(settings, "method")
         method = registry.find(settings.method)
-        column = layout.column(align=True)
-        if method.actions:
+        column, sub_goals = layout.column(align=True), job_from_settings.sub_goals(context)
+        if method.actions and not sub_goals:
             column.row(align=True).prop(settings, "action", expand=True)
-        if "target" in method.needs:
+        if "target" in method.needs and not sub_goals:
             column.prop(settings, "target", text="", placeholder=_placeholder(context, settings))
         method_options.draw(layout, settings, method)
         row = layout.row(align=True)
         row.scale_y = 1.6
-        buttons.draw(row, "generate", job_from_settings.button_label(settings), "PLAY", also=ACTION_OPERATORS)
+        buttons.draw(row, "generate", job_from_settings.button_label(context), "PLAY", also=ACTION_OPERATORS)
         row.prop(settings, "start_from", text="", icon_only=True)
 
 

@@ -14,7 +14,8 @@ from bpy.props import (
 )
 
 from ..blender.scene import candidates
-from . import job_from_settings, method_options
+from ..blender.sub_goals import arrows
+from . import job_from_settings, method_options, sub_goal_settings
 
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
@@ -35,6 +36,10 @@ def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> b
 
 def _is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
     return candidates.is_furniture(obj)
+
+
+def _is_sub_goal(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
+    return arrows.is_arrow(obj)
 
 
 def _owner(settings: bpy.types.PropertyGroup) -> bpy.types.Object | None:
@@ -168,6 +173,18 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     )
     steps: CollectionProperty(type=SAMP_PG_step)
     step_index: IntProperty(name="Step", default=0)
+    sub_goal: PointerProperty(
+        name="Sub-goal",
+        description="Active sub-goal, where no arrow is selected",
+        type=bpy.types.Object,
+        poll=_is_sub_goal,
+    )
+    sub_goal_index: IntProperty(
+        name="Sub-goal",
+        description="Active sub-goal; click one to select its arrow",
+        get=sub_goal_settings.index,
+        set=sub_goal_settings.set_index,
+    )
 
 
 CLASSES = (SAMP_PG_step, SAMP_PG_settings)

@@ -62,8 +62,12 @@ def draw_path(context: bpy.types.Context, path: Path) -> bpy.types.Object:
 
 def clear(context: bpy.types.Context) -> int:
     """Delete all voxel, navmesh and path overlays; return their number."""
-    # Goal arrows and way-points have the same property, but are empties.
-    found = [obj for obj in context.scene.objects if obj.get(OVERLAY_KEY) and obj.data is not None]
+    # Goal arrows and way-points have the same property, but are empties; ghosts of sub-goals are below their arrows.
+    found = [
+        obj
+        for obj in context.scene.objects
+        if obj.get(OVERLAY_KEY) and obj.data is not None and obj.parent is None
+    ]
     for overlay in found:
         _remove(overlay)
     return len(found)

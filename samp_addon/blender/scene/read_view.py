@@ -17,6 +17,7 @@ from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
 from ..render import camera_picture
+from ..sub_goals import placing
 from . import pieces, read_scene
 
 Place = tuple[np.ndarray, float | None]
@@ -30,12 +31,13 @@ def read_view(
     start: Place | None,
     people: Sequence[bpy.types.Object],
     first: bool,
+    owner: bpy.types.Object | None = None,
 ) -> SceneView:
     """Return what a step's method needs of the scene.
 
     geometry: of all furniture. start: where the character starts. people: characters, which are no furniture. first:
-    whether it is the job's first step, whose path passes the artist's way-points. Raise SampError where the target is
-    missing.
+    whether it is the job's first step, whose path passes the artist's way-points. owner: the character whose sub-goals
+    are passed by a step without any and without an action. Raise SampError where the target is missing.
     """
     needs, found = registry.find(step.method).needs, {}
     if step.target and "target" in needs:
@@ -58,7 +60,15 @@ def read_view(
         found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
     if "sub_goals" in needs:
         found["sub_goals"] = [place(numbers) for numbers in step.settings.get("sub_goals") or ()]
+        if passes_stored(step):
+            found["sub_goals"], found["bodies"] = placing.chosen(context, owner)
     return SceneView(geometry, **found)
+
+
+def passes_stored(step: Step) -> bool:
+    """Return whether a step passes the sub-goals that are stored with the character."""
+    needed = "sub_goals" in registry.find(step.method).needs
+    return needed and not step.action and not step.settings.get("sub_goals")
 
 
 def start_of(start: Sequence[float] | None, owner: bpy.types.Object | None) -> Place | None:

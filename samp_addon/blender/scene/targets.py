@@ -42,6 +42,12 @@ def is_room(context: bpy.types.Context, name: str) -> bool:
 
 def point_under(context: bpy.types.Context, x: int, y: int, name: str) -> tuple[float, float, float] | None:
     """Return the point (x, y, z) of a target under a place of the window, pixels, or None beside it."""
+    ray = view_ray(context, x, y)
+    return None if ray is None else hit(context, *ray, name)
+
+
+def view_ray(context: bpy.types.Context, x: int, y: int) -> tuple[Vector, Vector] | None:
+    """Return origin and direction of the ray through a place of the window, pixels, or None outside of 3D views."""
     from bpy_extras import view3d_utils
 
     for area in context.window.screen.areas:
@@ -52,7 +58,7 @@ def point_under(context: bpy.types.Context, x: int, y: int, name: str) -> tuple[
         if 0 <= at[0] < region.width and 0 <= at[1] < region.height:
             view = area.spaces.active.region_3d
             origin = view3d_utils.region_2d_to_origin_3d(region, view, at)
-            return hit(context, origin, view3d_utils.region_2d_to_vector_3d(region, view, at), name)
+            return origin, view3d_utils.region_2d_to_vector_3d(region, view, at)
     return None
 
 

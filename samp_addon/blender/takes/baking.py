@@ -30,6 +30,7 @@ from ..actions import keyframes, notes, refine_action
 from ..character import armature, character, characters, start
 from ..overlays import start_marker
 from ..scene import preconditions, read_scene, read_view
+from ..sub_goals import arrows
 from ..thread_run import Slices, ThreadRun, run_to_completion
 from . import continuing, reporting, seen
 from .rollback import Rollback
@@ -119,7 +120,7 @@ def read(
     targets = [context.scene.objects.get(step.target) for step in job.steps if step.target]
     seen.require_still(context, owner, [obj for obj in targets if obj is not None])
     views = [
-        read_view.read_view(context, step, geometry, begin_at, people, first=number == 0)
+        read_view.read_view(context, step, geometry, begin_at, people, number == 0, owner)
         for number, step in enumerate(job.steps)
     ]
     preconditions.check(context, owner, views)
@@ -218,10 +219,21 @@ def sentence(result: Result) -> str:
 def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
     if job.character:
         return armature.find(context, job.character)
+    if any(read_view.passes_stored(step) for step in job.steps) and (found := arrows.owners(context)):
+        return _only(context, found)
     if new_character or not any(armature.is_smplx(obj) for obj in context.scene.objects):
         return None
     selected = [obj for obj in context.selected_objects if armature.is_smplx(obj)]
     return selected[0] if len(selected) == 1 else armature.find(context)
+
+
+def _only(context: bpy.types.Context, owners: Sequence[bpy.types.Object]) -> bpy.types.Object:
+    """Return the only character with sub-goals, or the selected one. Raise SampError where it is not clear."""
+    selected = [obj for obj in owners if obj.select_get()]
+    if len(owners) > 1 and len(selected) != 1:
+        names = ", ".join(f"'{obj.name}'" for obj in owners)
+        raise SampError(f"Several characters have sub-goals ({names}); name one of them.")
+    return selected[0] if len(selected) == 1 else owners[0]
 
 
 def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:

@@ -6,14 +6,18 @@ Network frame, metres.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ... import rotation
 from ...body import betas as shapes
-from ...body import human
+from ...body import hand_poses, human
+from ...motion import Motion
 from ...scene.distance.signed_distance import SignedDistance
 from ...vocabulary import SEATED
+from . import places
 from .figure import Figure, as_motion
 from .places import Place
 from .surfaces import Surfaces
@@ -30,6 +34,52 @@ LIFTS = np.arange(-0.08, 0.081, 0.01)
 TOUCHING = 0.005
 OFF_PHASE = 0.04
 """Metres of depth that weigh as much as a radian beside the wanted phase."""
+
+
+PLAIN, WILD = 0.6, 1.0
+"""Standard deviation of the noise at the least and at the largest style."""
+
+
+def noise_scale(style: float) -> float:
+    """Return the standard deviation of all noise for a style from 0 to 1."""
+    return PLAIN + (WILD - PLAIN) * style
+
+
+@dataclass(frozen=True)
+class SubGoalBodies:
+    """The bodies at the sub-goals of one scene, for the artist to look at before there is a take. betas: (10,)."""
+
+    networks: Networks
+    surfaces: Surfaces
+    betas: np.ndarray
+
+    def place(self, point: np.ndarray, yaw: float, name: str) -> Place:
+        """Return what carries the body at a point; see places.find."""
+        return places.find(self.surfaces, point, yaw, name)
+
+    def facing(self, point: np.ndarray, wanted: float, name: str) -> float:
+        """Return the facing at a point in radians; see places.facing."""
+        return places.facing(self.surfaces, point, wanted, name)
+
+    def draw(self, place: Place, number: int, style: float) -> Motion:
+        """Return a body at a place, one frame. number: of the draw, another one for another body."""
+        rng = np.random.default_rng(number)
+        figure = choose(self.networks, self.surfaces, place, self.betas, rng, noise_scale(style))
+        return as_motion([figure])
+
+    def posed(self, place: Place, pose: Motion) -> Motion:
+        """Return a pose of one frame, default proportions, at a place: turned to its facing, and at the height at which
+        it stands on the floor, or touches what carries it."""
+        height, hands = float(place.floor[1]), hand_poses.code("relaxed")
+        figure = Figure(place.pelvis, pose.rotations[0, :22], hands, self.betas, height)
+        turns = figure.rotations.copy()
+        turns[0] = rotation.multiply(rotation.about_y(place.yaw - figure.yaw), turns[0])
+        figure = Figure(place.pelvis, turns, hands, self.betas, height)
+        if place.action in SEATED:
+            figure = _settled([figure], self.surfaces.field, height)[0][0]
+        else:
+            figure = _grounded(figure, height)
+        return as_motion([figure])
 
 
 def choose(

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ..scene_view import SceneView
     from ..step import Step
     from ..take import Failure, Take
+    from .bodies import SubGoalBodies
     from .networks import Networks
 
 # Numpy, scipy and torch are imported when a take is generated: the panel asks for a method's name at every redraw.
@@ -52,7 +53,10 @@ class LongTerm:
         return self._networks is not None or installed()
 
     def check(self, step: Step) -> None:
-        """Raise UsageError where there are neither sub-goals nor an action with a target or a place."""
+        """Raise UsageError for sub-goals with an action's target or place, and for an action without.
+
+        Without both, the step passes the sub-goals that are stored with the character in the scene.
+        """
         places = step.settings.get("sub_goals") or ()
         if places:
             if len(places) < 2:
@@ -65,9 +69,11 @@ class LongTerm:
                 raise UsageError("--sub-goal says where the take ends; leave out --target and --to.")
             return
         if not step.action:
-            raise UsageError(
-                "Say where to pass with --sub-goal X Y Z YAW, at least twice, or what to do with --action and --target."
-            )
+            if step.target or step.to is not None:
+                raise UsageError(
+                    "Say what to do at the end with --action; --target and --to are for one action."
+                )
+            return  # the sub-goals that are stored with the character
         if step.action not in self.actions:
             raise UsageError(
                 f"The method 'long_term' has no action '{step.action}'; choose one of {', '.join(self.actions)}."
@@ -88,6 +94,8 @@ class LongTerm:
         from ..take import Failure
         from .request import Planner
 
+        if not step.action and len(scene.sub_goals) + bool(scene.after) < 2:
+            raise SampError(_too_few(len(scene.sub_goals)))
         clock = Clock()
         progress("Loading", 0.0)
         with clock.stage("load"):
@@ -108,12 +116,35 @@ class LongTerm:
                 failures.append(Failure(draw.seed, str(error)))
         return [replace(take, seconds=clock.seconds) for take in takes], failures
 
+    def bodies(self, scene: SceneView) -> SubGoalBodies:
+        """Return what draws bodies at the sub-goals of a scene. Raises SampError where nothing is walkable."""
+        from ..samp import refusals
+        from .bodies import SubGoalBodies
+        from .surfaces import Surfaces
+        from .synthesis import default_betas
+
+        try:
+            surfaces = Surfaces(scene.geometry.triangles, scene.navmesh)
+        except PathError as error:
+            raise refusals.nothing_walkable(scene, error) from error
+        return SubGoalBodies(self._tools(), surfaces, default_betas())
+
     def _tools(self) -> Networks:
         if self._networks is not None:
             return self._networks
         from . import networks
 
         return networks.load()
+
+
+def _too_few(count: int) -> str:
+    """Return the message for a scene with one sub-goal or none."""
+    if count:
+        return "There is only one sub-goal; add another one, the first one is the start."
+    return (
+        "There are no sub-goals; add some to the character in Blender, give --sub-goal X Y Z YAW at least twice, or "
+        "say what to do with --action and --target."
+    )
 
 
 METHOD = LongTerm()

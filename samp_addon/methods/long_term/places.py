@@ -6,6 +6,7 @@ Network frame, metres.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from ...scene.navmesh.lattice import clip_to_box
 from ...scene.navmesh.navmesh import NavMesh
 from ...scene.seats import postures, seats
 from .surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from .figure import Figure
 
 ABOVE, BELOW = 0.15, 0.30
 """Metres above and below a point within which its support is looked for."""
@@ -33,6 +37,8 @@ PIECE = 1.4
 """Metres around a point that are looked at as the piece of furniture."""
 REACH = 0.15
 """Metres by which a seated pelvis may be moved to fit."""
+TURNS = np.radians([90, -90, 180, 45, -45, 135, -135])
+"""Facings that are tried beside the front of a piece of furniture."""
 GOOD_LIE = 0.5
 """Least score of a place to lie; others are sat on."""
 
@@ -42,7 +48,8 @@ class Place:
     """A place that a take passes.
 
     action: "idle", "sit" or "lie". pelvis: (3,) where the pelvis is wanted. yaw: radians. floor: (3,) on the ground
-    below. fixed: whether the artist chose it; others are put between where a window cannot reach.
+    below. fixed: whether the artist chose it; others are put between where a window cannot reach. body: that the artist
+    chose, or None to draw one.
     """
 
     action: str
@@ -50,6 +57,7 @@ class Place:
     yaw: float
     floor: np.ndarray
     fixed: bool = True
+    body: Figure | None = None
 
     @property
     def goal(self) -> Goal:
@@ -73,6 +81,25 @@ def find(surfaces: Surfaces, point: np.ndarray, yaw: float, name: str) -> Place:
     if surface - floor[1] < STEP:
         return standing(surfaces, np.array([point[0], floor[1], point[2]]), yaw, name)
     return _seat(triangles, np.array([point[0], surface, point[2]]), yaw, floor, name)
+
+
+def facing(surfaces: Surfaces, point: np.ndarray, wanted: float, name: str) -> float:
+    """Return the facing in radians of a body at a point (3,): on a floor the wanted one, on furniture out of its front,
+    or in the first direction in which a body fits. Raises SampError as `find` does."""
+    surface, floor = support(surfaces.triangles, point), _floor(surfaces.mesh, point)
+    yaws = [wanted]
+    if surface is not None and surface - floor[1] >= STEP:
+        front = seats.infer_front_yaw(_piece(surfaces.triangles, point, floor))
+        yaws = [front, wanted, *(front + turn for turn in TURNS)]
+    problem = None
+    for yaw in yaws:
+        try:
+            find(surfaces, point, yaw, name)
+        except SampError as error:
+            problem = problem or error
+        else:
+            return yaw
+    raise problem
 
 
 def standing(surfaces: Surfaces, floor: np.ndarray, yaw: float, name: str) -> Place:
@@ -119,16 +146,13 @@ def support(triangles: np.ndarray, point: np.ndarray) -> float | None:
 
 def _seat(triangles: np.ndarray, point: np.ndarray, yaw: float, floor: np.ndarray, name: str) -> Place:
     """Return the place to lie, where there is a good one in this direction, else to sit."""
-    low, high = point - PIECE, point + PIECE
-    low[1], high[1] = floor[1] + 0.02, floor[1] + 1.6
-    piece = clip_to_box(solids.overlapping_box(triangles, low, high), low, high)
-    grid = seats.support_map(piece, floor[1])
-    facing = yaw_direction(yaw)
+    grid = seats.support_map(_piece(triangles, point, floor), floor[1])
+    direction = yaw_direction(yaw)
     for action, lift, least in (
         ("lie", postures.BED_TO_PELVIS, GOOD_LIE),
         ("sit", postures.SEAT_TO_PELVIS, seats.MIN_SCORE),
     ):
-        wanted = Goal(point + [0.0, lift, 0.0], facing, action)
+        wanted = Goal(point + [0.0, lift, 0.0], direction, action)
         found = seats.snap_to_map(grid, wanted, REACH, least)
         if found is not None and not seats.wrong_way(grid, found):
             turned = float(np.arctan2(found.direction[0], found.direction[2]))
@@ -136,6 +160,13 @@ def _seat(triangles: np.ndarray, point: np.ndarray, yaw: float, floor: np.ndarra
     raise SampError(
         f"{name} is on something that nobody can sit or lie on; move it onto a seat, a bed or the floor."
     )
+
+
+def _piece(triangles: np.ndarray, point: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    """Return the triangles (G, 3, 3) over the floor (3,) around a point (3,)."""
+    low, high = point - PIECE, point + PIECE
+    low[1], high[1] = floor[1] + 0.02, floor[1] + 1.6
+    return clip_to_box(solids.overlapping_box(triangles, low, high), low, high)
 
 
 def _floor(mesh: NavMesh, point: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...clock import Clock
 from ...frames import yaw_direction
-from ...motion import Goal
+from ...motion import Goal, Motion
 from ...progress import Progress, StageProgress
 from ...scene.navmesh.navmesh import NavMesh
 from ...vocabulary import SEATED
@@ -20,7 +20,7 @@ from ..samp.planning import Planner as TargetPlanner
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import SubGoal, Take
-from . import joining, places, planning, synthesis
+from . import bodies, joining, places, planning, synthesis
 from .figure import Figure
 from .networks import Networks
 from .places import Place
@@ -29,8 +29,6 @@ from .surfaces import Surfaces
 
 MOVED = 0.1
 """Metres beside the artist's point from which that is worth a remark."""
-PLAIN, WILD = 0.6, 1.0
-"""Standard deviation of the noise at the least and at the largest style."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class Planner:
             self.networks,
             Surfaces(self.scene.geometry.triangles, self.mesh),
             synthesis.default_betas(),
-            PLAIN + (WILD - PLAIN) * self.step.style,
+            bodies.noise_scale(self.step.style),
             self.step.speed,
             self.settings["pause"],
             self.step.hold,
@@ -86,7 +84,10 @@ class Planner:
         take = self.scene.after.get(seed)
         if take is None:
             return None
-        return synthesis.last_figure(take.motion, synthesis.default_betas(), float(take.floor_end[1]))
+        return self._figure(take.motion, float(take.floor_end[1]))
+
+    def _figure(self, motion: Motion, level: float) -> Figure:
+        return synthesis.last_figure(motion, synthesis.default_betas(), level)
 
     def _legs(
         self, draw: Draw, clock: Clock, figure: Figure | None
@@ -105,6 +106,10 @@ class Planner:
         stops, remarks = [], []
         for number, (point, yaw) in enumerate(self.scene.sub_goals, start=1):
             stop = places.find(self._synthesis.surfaces, point, yaw, f"Sub-goal {number}")
+            if number <= len(self.scene.bodies) and self.scene.bodies[number - 1] is not None:
+                seen = self._figure(self.scene.bodies[number - 1], float(stop.floor[1]))
+                stops.append(replace(stop, body=seen))
+                continue
             stops.append(stop)
             away = float(np.linalg.norm((stop.pelvis - point)[[0, 2]]))
             if away > MOVED:

@@ -70,7 +70,9 @@ class Synthesis:
     ) -> tuple[Motion, Made]:  # fmt: skip
         """Return the motion from a start along its legs. figure: with which it begins, or None to draw one."""
         made = Made()
-        figure = figure or bodies.choose(self.networks, self.surfaces, start, self.betas, rng, self.scale)
+        figure = figure or start.body
+        if figure is None:
+            figure = bodies.choose(self.networks, self.surfaces, start, self.betas, rng, self.scale)
         made.figures.append(figure)
         made.frames.append(0)
         place, count = start, sum(len(leg.stops) for leg in legs)
@@ -95,7 +97,9 @@ class Synthesis:
         phase = None
         if not stop.fixed:
             phase = float(np.arctan2(*networks.phase(figure)[::-1])) + 2 * np.pi * _length(path) / CYCLE
-        target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
+        target = stop.body
+        if target is None:
+            target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
         line = np.concatenate([figure.root[None], path[1:-1], target.root[None]])
         crossing = Crossing(
             figure, target, way.resampled(line), (not place.fixed, not stop.fixed), self.speed,
