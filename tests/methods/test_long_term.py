@@ -7,7 +7,7 @@ import pytest
 import rooms
 import torch
 from samp_blender.models.long_term import guided_pose, guided_route, pose_prior, sub_goal_net
-from samp_blender.samp_addon.body import hand_poses
+from samp_blender.samp_addon.body import hand_poses, human
 from samp_blender.samp_addon.errors import SampError, UsageError
 from samp_blender.samp_addon.methods.long_term import joining, places, planning, way
 from samp_blender.samp_addon.methods.long_term.figure import Figure, as_motion
@@ -178,12 +178,62 @@ def test_a_sub_goal_that_nobody_can_reach(networks, geometry):
     assert not takes and failures[0].message.startswith("Sub-goal 2 cannot be reached from sub-goal 1: ")
 
 
+def test_takes_pass_the_bodies_that_were_chosen(networks, scene, geometry, mesh):
+    bodies = LongTerm(networks).bodies(scene)
+    places_ = [bodies.place(point, yaw, "Here") for point, yaw in scene.sub_goals]
+    chosen = [bodies.draw(place, number, 0.1) for number, place in enumerate(places_)]
+    step = Step(action="", method="long_term", hold=0.2)
+    view = replace(scene, bodies=[chosen[0], chosen[1], None])
+    (take,), _ = LongTerm(networks).generate(step, view, [Draw(4, 4)], QUIET)
+    for passed, body in zip(take.sub_goals[:2], chosen[:2], strict=True):
+        np.testing.assert_allclose(passed.position, body.root[0], atol=1e-9)
+    assert np.linalg.norm(take.sub_goals[2].position - chosen[2].root[0]) < 0.5
+
+
+def test_a_pose_stands_on_the_floor_and_touches_the_seat(networks, scene):
+    bodies = LongTerm(networks).bodies(scene)
+    pose = as_motion([figure((5.0, 3.0, 5.0), 0.4)])
+    for point, yaw in scene.sub_goals:
+        place = bodies.place(point, yaw, "Here")
+        posed = bodies.posed(place, pose)
+        np.testing.assert_allclose(posed.root[0, [0, 2]], place.pelvis[[0, 2]])
+        np.testing.assert_allclose(np.abs((posed.rotations[0, 1:] * pose.rotations[0, 1:]).sum(-1)), 1)
+        assert np.dot(posed.headings()[0], place.goal.direction) > 0.999
+        if place.action == "idle":
+            lowest = human.skin(human.load(), posed)[0, :, 1].min()
+            assert lowest == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "point, wanted, expected",
+    [((0.0, 0.0, 0.0), 0.7, 0.7), ((2.0, 0.45, 1.95), 0.0, np.pi), ((-2.2, 0.5, 1.4), 0.3, None)],
+)
+def test_the_facing_of_a_new_sub_goal(networks, scene, point, wanted, expected):
+    yaw = LongTerm(networks).bodies(scene).facing(np.array(point), wanted, "Here")
+    if expected is None:  # along the bed, which has no headboard: either way
+        assert abs(np.sin(yaw)) < 0.3
+    else:
+        assert abs(np.angle(np.exp(1j * (yaw - expected)))) < 0.1
+
+
+@pytest.mark.parametrize(
+    "count, message",
+    [(0, "There are no sub-goals; add some"), (1, "There is only one sub-goal; add another")],
+)
+def test_too_few_sub_goals_in_the_scene(networks, scene, count, message):
+    step = Step(action="", method="long_term")
+    with pytest.raises(SampError, match=message):
+        LongTerm(networks).generate(
+            step, replace(scene, sub_goals=scene.sub_goals[:count]), [Draw(1, 1)], QUIET
+        )
+
+
 @pytest.mark.parametrize(
     "values, message",
     [
         ({"action": "", "settings": {"sub_goals": ((0, 0, 0, 0),)}}, "only one --sub-goal"),
         ({"action": "", "settings": {"sub_goals": ((0, 0, 0, 0), (0, 0, 0))}}, "needs the numbers X Y Z YAW"),
-        ({"action": ""}, "Say where to pass with --sub-goal"),
+        ({"action": "", "target": "Sofa"}, "Say what to do at the end with --action"),
         ({"action": "run", "to": (0, 0, 0)}, "no action 'run'"),
         ({"action": "sit"}, "Name what to sit on"),
         ({"action": "walk"}, "Say where to walk"),

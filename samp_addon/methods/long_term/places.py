@@ -39,6 +39,8 @@ REACH = 0.15
 """Metres by which a seated pelvis may be moved to fit."""
 TURNS = np.radians([90, -90, 180, 45, -45, 135, -135])
 """Facings that are tried beside the front of a piece of furniture."""
+BED, CELL = 0.75, 0.05
+"""Metres: a surface wider than the first in both directions is a bed; it is measured in steps of the second."""
 GOOD_LIE = 0.5
 """Least score of a place to lie; others are sat on."""
 
@@ -84,22 +86,40 @@ def find(surfaces: Surfaces, point: np.ndarray, yaw: float, name: str) -> Place:
 
 
 def facing(surfaces: Surfaces, point: np.ndarray, wanted: float, name: str) -> float:
-    """Return the facing in radians of a body at a point (3,): on a floor the wanted one, on furniture out of its front,
-    or in the first direction in which a body fits. Raises SampError as `find` does."""
+    """Return the facing in radians of a body at a point (3,): on a floor the wanted one, on a seat out of its front, on
+    a bed along it; elsewhere the first one in which a body fits. Raises SampError as `find` does."""
     surface, floor = support(surfaces.triangles, point), _floor(surfaces.mesh, point)
-    yaws = [wanted]
+    yaws, is_bed = [wanted], False
     if surface is not None and surface - floor[1] >= STEP:
-        front = seats.infer_front_yaw(_piece(surfaces.triangles, point, floor))
+        piece, place = _piece(surfaces.triangles, point, floor), np.array([point[0], surface, point[2]])
+        front = seats.infer_front_yaw(piece)
         yaws = [front, wanted, *(front + turn for turn in TURNS)]
-    problem = None
+        is_bed = min(_width(piece, place, front + turn) for turn in (0.0, np.pi / 2)) > BED
+    first, problem = None, None
     for yaw in yaws:
         try:
-            find(surfaces, point, yaw, name)
+            found = find(surfaces, point, yaw, name)
         except SampError as error:
             problem = problem or error
-        else:
+            continue
+        if found.action == "lie" or not is_bed:
             return yaw
-    raise problem
+        first = yaw if first is None else first
+    if first is None:
+        raise problem
+    return first
+
+
+def _width(triangles: np.ndarray, point: np.ndarray, yaw: float) -> float:
+    """Return how far the surface at a point (3,) goes on in a direction and the opposite one, metres, to 5 cm."""
+    total = 0.0
+    for way in (yaw_direction(yaw), -yaw_direction(yaw)):
+        for step in range(1, round(BED / CELL) + 1):
+            height = support(triangles, point + step * CELL * way)
+            if height is None or abs(height - point[1]) > STEP:
+                break
+            total += CELL
+    return total
 
 
 def standing(surfaces: Surfaces, floor: np.ndarray, yaw: float, name: str) -> Place:
