@@ -41,6 +41,8 @@ TURNS = np.radians([90, -90, 180, 45, -45, 135, -135])
 """Facings that are tried beside the front of a piece of furniture."""
 BED, CELL = 0.75, 0.05
 """Metres: a surface wider than the first in both directions is a bed; it is measured in steps of the second."""
+BACK = 1.0
+"""Metres over a seat within which its back is found."""
 GOOD_LIE = 0.5
 """Least score of a place to lie; others are sat on."""
 
@@ -115,7 +117,7 @@ def _width(triangles: np.ndarray, point: np.ndarray, yaw: float) -> float:
     total = 0.0
     for way in (yaw_direction(yaw), -yaw_direction(yaw)):
         for step in range(1, round(BED / CELL) + 1):
-            height = support(triangles, point + step * CELL * way)
+            height = support(triangles, point + step * CELL * way, BACK)  # the seat may go on under its back
             if height is None or abs(height - point[1]) > STEP:
                 break
             total += CELL
@@ -141,9 +143,12 @@ def seated(goal: Goal, yaw: float, mesh: NavMesh) -> Place:
     return Place(goal.action, np.asarray(goal.position), yaw, _floor(mesh, goal.position))
 
 
-def support(triangles: np.ndarray, point: np.ndarray) -> float | None:
-    """Return the height of the highest level surface at a point (3,), or None without one close to it."""
-    low, high = point - [1e-3, BELOW, 1e-3], point + [1e-3, ABOVE, 1e-3]
+def support(triangles: np.ndarray, point: np.ndarray, above: float = ABOVE) -> float | None:
+    """Return the height of the highest level surface at a point (3,), or None without one close to it.
+
+    above: metres over the point up to which it is looked for.
+    """
+    low, high = point - [1e-3, BELOW, 1e-3], point + [1e-3, above, 1e-3]
     near = solids.overlapping_box(triangles, low, high)
     if not len(near):
         return None
@@ -160,7 +165,7 @@ def support(triangles: np.ndarray, point: np.ndarray) -> float | None:
     near, normal = near[inside], normal[inside]
     drop = (normal[:, [0, 2]] * (point[[0, 2]] - near[:, 0][:, [0, 2]])).sum(-1) / normal[:, 1]
     heights = near[:, 0, 1] - drop
-    heights = heights[(heights >= point[1] - BELOW) & (heights <= point[1] + ABOVE)]
+    heights = heights[(heights >= point[1] - BELOW) & (heights <= point[1] + above)]
     return float(heights.max()) if len(heights) else None
 
 
