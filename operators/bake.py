@@ -1,6 +1,8 @@
-"""Import AMASS .npz: a take from a file as keyframes on the character."""
+"""Import AMASS .npz: a take from a file as keyframes on the character; from a script, also a take by a method."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import bpy
 from bpy.props import IntProperty, StringProperty
@@ -24,17 +26,34 @@ class SAMP_OT_bake(bpy.types.Operator):
         name="Action", description="Name of the new Action; if empty, that of the file"
     )
     frame_start: IntProperty(name="Start Frame", description="First frame of the new Action", default=1)
+    method: StringProperty(
+        name="Method",
+        description="Method that bakes the sub-goals, or the action and target, of the sidebar instead of a file",
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return outcome.has_character(cls, context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if self.method:
+            return self.execute(context)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return outcome.run(self, lambda: self._bake(context))
+        return outcome.run(self, lambda: self._generate(context) if self.method else self._bake(context))
+
+    def _generate(self, context: bpy.types.Context) -> str:
+        from ..samp_addon.blender.takes import baking
+        from ..samp_addon.ui import job_from_settings
+
+        job = job_from_settings.job(context, self.method)
+        job, settings = replace(job, character=self.character or job.character), context.scene.samp
+        made = baking.run(context, job, start_from=settings.start_from)
+        settings.seed = (settings.seed + job.variants) % 2**31  # the next one gives another take
+        return baking.sentence(made)
 
     def _bake(self, context: bpy.types.Context) -> str:
         from ..samp_addon.blender.takes import amass_files

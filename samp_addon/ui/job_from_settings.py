@@ -44,17 +44,20 @@ def why_not(context: bpy.types.Context) -> str:
     return ""
 
 
-def job(context: bpy.types.Context) -> Job:
-    """Return the job of the current settings. Raise SampError where a target is missing."""
+def job(context: bpy.types.Context, name: str = "") -> Job:
+    """Return the job of the current settings. Raise SampError where a target is missing.
+
+    name: of another method than the chosen one.
+    """
     from ..blender.scene import targets
     from ..pipeline.job import Job
 
     settings = context.scene.samp
-    method = registry.find(settings.method)
-    own = {"method": settings.method, "settings": method_options.values(settings, method)}
+    method = registry.find(name or settings.method)
+    own = {"method": method.name, "settings": method_options.values(settings, method)}
     if not method.actions:
         return Job(action="", **own, **common(settings))
-    if sub_goals(context):
+    if sub_goals(context, name):
         character = {"character": sub_goal_settings.owner(context).name}
         return Job(action="", **own, **common(settings) | character)
     target = settings.target.name if settings.target else ""
@@ -69,9 +72,12 @@ def job(context: bpy.types.Context) -> Job:
     )
 
 
-def sub_goals(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """Return the sub-goals that the next take passes; none where the method has none, or the character."""
-    if "sub_goals" not in registry.find(context.scene.samp.method).needs:
+def sub_goals(context: bpy.types.Context, name: str = "") -> list[bpy.types.Object]:
+    """Return the sub-goals that the next take passes; none where the method has none, or the character.
+
+    name: of another method than the chosen one.
+    """
+    if "sub_goals" not in registry.find(name or context.scene.samp.method).needs:
         return []
     return arrows.listed(context, sub_goal_settings.owner(context))
 

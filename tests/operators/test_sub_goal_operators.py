@@ -146,6 +146,9 @@ def test_save_and_reload_keep_everything_and_bake(owner, tmp_path):
     assert bpy.ops.samp.generate() == {"FINISHED"}
     action = bpy.data.objects["Human"].animation_data.action
     assert state() == before
+    settings.method = "samp"
+    assert bpy.ops.samp.bake(method="long_term") == {"FINISHED"} and settings.method == "samp"
+    other = bpy.data.objects["Human"].animation_data.action
     again = baking.run(
         bpy.context,
         Job(
@@ -157,9 +160,10 @@ def test_save_and_reload_keep_everything_and_bake(owner, tmp_path):
         ),
     )
     owner = bpy.data.objects["Human"]
-    one, two = (keyframes.read_motion(owner, made) for made in (action, again.actions[0]))
-    np.testing.assert_allclose(one.root, two.root, atol=1e-6)
-    np.testing.assert_allclose(one.rotations, two.rotations, atol=1e-6)
+    takes = [keyframes.read_motion(owner, made) for made in (action, other, again.actions[0])]
+    np.testing.assert_allclose(takes[0].root, takes[2].root, atol=1e-6)
+    np.testing.assert_allclose(takes[0].rotations, takes[2].rotations, atol=1e-6)
+    assert other not in (action, again.actions[0])  # by the next seed
 
 
 def test_without_sub_goals_the_target_counts(owner):
