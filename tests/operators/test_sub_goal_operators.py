@@ -11,7 +11,7 @@ import samp_blender
 import untrained
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.actions import keyframes
-from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.character import armature, character
 from samp_blender.samp_addon.blender.sub_goals import arrows, clicking, ghosts, placing, stored
 from samp_blender.samp_addon.blender.takes import baking
 from samp_blender.samp_addon.methods import registry
@@ -164,6 +164,24 @@ def test_save_and_reload_keep_everything_and_bake(owner, tmp_path):
     np.testing.assert_allclose(takes[0].root, takes[2].root, atol=1e-6)
     np.testing.assert_allclose(takes[0].rotations, takes[2].rotations, atol=1e-6)
     assert other not in (action, again.actions[0])  # by the next seed
+
+
+def test_continue_from_a_pose_to_a_single_sub_goal(owner):
+    """The character's own pose is the start; the way to the sub-goal is walked."""
+    press("add_sub_goal", location=FLOOR)
+    settings = bpy.context.scene.samp
+    settings.start_from, settings.hold = "POSE", 0.5
+    owner.pose.bones["left_elbow"].rotation_quaternion = (0.8, 0.0, 0.6, 0.0)
+    bpy.context.view_layer.update()
+    pose = armature.posed(owner)
+    assert bpy.ops.samp.generate() == {"FINISHED"}
+    take = keyframes.read_motion(owner, owner.animation_data.action)
+    np.testing.assert_allclose(take.root[0], pose.root[0], atol=1e-3)
+    np.testing.assert_allclose(
+        np.abs((take.rotations[0, :22] * pose.rotations[0, :22]).sum(-1)), 1, atol=1e-3
+    )
+    assert np.linalg.norm(np.diff(take.root, axis=0), axis=-1).max() < 0.15
+    np.testing.assert_allclose(take.root[-1], stored.body(found()[0]).root[0], atol=0.1)
 
 
 def test_without_sub_goals_the_target_counts(owner):

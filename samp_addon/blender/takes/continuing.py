@@ -86,8 +86,14 @@ def _floor(owner: bpy.types.Object, pose: Motion) -> float:
 
 
 def views_after(views: list, before: Before | None, seeds: range) -> list:
-    """Return the steps' views of a job; its first step goes on from the motion before."""
-    if before is None or before.take is None:
+    """Return the steps' views of a job; its first step goes on from the motion before, through sub-goals also from a
+    pose without motion."""
+    if before is None:
         return views
-    after = {seed: replace(before.take, seed=seed) for seed in seeds}
+    take = before.take
+    if take is None and len(views[0].sub_goals):
+        take = Take(0, before.pose, waypoints=before.place[0][None])
+    if take is None:
+        return views
+    after = {seed: replace(take, seed=seed) for seed in seeds}
     return [replace(views[0], after=after), *views[1:]]
