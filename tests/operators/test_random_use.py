@@ -11,8 +11,16 @@ import bpy
 import pytest
 import random_use
 import samp_blender
+import untrained
+from samp_blender.samp_addon.methods import registry
 
 SEEDS, LENGTH = range(int(os.environ.get("RANDOM_USE", "12"))), 8
+
+
+SUB_GOALS = (
+    "add_sub_goal", "add_sub_goal", "add_sub_goal", "move_sub_goal", "remove_sub_goal", "clear_sub_goals",
+    "sample_bodies", "pin_body", "use_current_pose", "clear_overlays",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -26,7 +34,18 @@ def _registered():
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_sequences_lose_no_data(seed, tmp_path, monkeypatch):
     random_use.replace_networks(monkeypatch)
-    steps, user = random_use.sequence(seed, LENGTH, tmp_path), random_use.User()
+    _do(seed, random_use.sequence(seed, LENGTH, tmp_path))
+
+
+@pytest.mark.parametrize("seed", SEEDS[: max(2, len(SEEDS) // 6)])
+def test_random_sub_goals_lose_no_data(seed, tmp_path, monkeypatch):
+    monkeypatch.setitem(registry.METHODS, "long_term", untrained.method())
+    clicks = ("Human", "Sofa", "Sub-goal 1 of Human", "Sub-goal 2 of Human", None)
+    _do(seed, random_use.sequence(seed, 2 * LENGTH, tmp_path, SUB_GOALS, clicks))
+
+
+def _do(seed, steps):
+    user = random_use.User()
     for count, step in enumerate(steps, start=1):
         try:
             user.do(step)

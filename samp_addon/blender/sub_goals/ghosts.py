@@ -48,11 +48,13 @@ def colour(arrow: bpy.types.Object, look: str) -> None:
     if ghost is None:
         return
     ghost.color = COLOURS[look]
+    before = [material for material in ghost.data.materials if material is not None]
     material = _material(look)
     if ghost.data.materials:
         ghost.data.materials[0] = material
     else:
         ghost.data.materials.append(material)
+    _drop_unused(before)
 
 
 def find(arrow: bpy.types.Object) -> bpy.types.Object | None:
@@ -82,9 +84,7 @@ def remove(ghost: bpy.types.Object) -> None:
     bpy.data.objects.remove(ghost)
     if mesh.users == 0:
         bpy.data.meshes.remove(mesh)
-    for material in materials:
-        if material.users == 0:
-            bpy.data.materials.remove(material)
+    _drop_unused(materials)
 
 
 def _create(context: bpy.types.Context, arrow: bpy.types.Object) -> bpy.types.Object:
@@ -96,6 +96,12 @@ def _create(context: bpy.types.Context, arrow: bpy.types.Object) -> bpy.types.Ob
     arrow[GHOST_KEY] = ghost
     arrows.home(context).objects.link(ghost)
     return ghost
+
+
+def _drop_unused(materials: list[bpy.types.Material]) -> None:
+    for material in set(materials):
+        if material.users == 0:
+            bpy.data.materials.remove(material)
 
 
 def _material(look: str) -> bpy.types.Material:

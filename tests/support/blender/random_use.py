@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import bpy
@@ -19,6 +19,7 @@ from samp_blender.samp_addon.motion import Motion
 
 # Operators that need work in progress.
 EXCLUDED = {"stop"}
+OBJECTS = ("Human", "Sofa", "Bed", "Goal sit Sofa", None)
 # Paths of the artist's data that may change: the character's pose and Action, selection, and the scene's settings.
 MAY_CHANGE = (
     r"objects/Human\.(mode|animation_data|pose\.bones)",
@@ -67,6 +68,12 @@ def click(name: str | None) -> None:
 
 def options(name: str, rng: random.Random, files: Path) -> dict:
     """Return random options of an operator, sometimes invalid ones."""
+    if name == "add_sub_goal":
+        return {
+            "location": rng.choice(((0.5, 0.5, 0.0), (0.3, 1.5, 0.43), (-1.6, -1.0, 0.5), (0.0, 0.0, 1.5)))
+        }
+    if name == "move_sub_goal":
+        return {"direction": rng.choice(("UP", "DOWN"))}
     target = rng.choice(("Sofa", "Sofa", "Bed", "Floor", "Nothing", ""))
     job = {"seed": rng.randrange(9), "hold": rng.choice((0.0, 1.0)), "variants": rng.choice((1, 1, 2))}
     place = (rng.uniform(-3, 3), rng.uniform(-3, 3), 0.0)
@@ -93,10 +100,16 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
     return known.get(name, {})
 
 
-def sequence(seed: int, length: int, files: Path) -> list[Step]:
-    """Return the steps of a seed."""
+def sequence(
+    seed: int,
+    length: int,
+    files: Path,
+    names: Sequence[str] = OPERATORS,
+    objects: Sequence[str | None] = OBJECTS,
+) -> list[Step]:
+    """Return the steps of a seed. names: operators to choose from. objects: what is clicked."""
     rng = random.Random(seed)
-    names = [name for name in OPERATORS if name not in EXCLUDED]
+    names = [name for name in names if name not in EXCLUDED]
     steps: list[Step] = []
     for _ in range(length):
         kind = rng.choices(("press", "undo", "redo", "click", "mode"), (8, 5, 3, 3, 1))[0]
@@ -104,7 +117,7 @@ def sequence(seed: int, length: int, files: Path) -> list[Step]:
             name = rng.choice(names)
             steps.append((name, options(name, rng, files)))
         elif kind == "click":
-            steps.append((kind, {"name": rng.choice(("Human", "Sofa", "Bed", "Goal sit Sofa", None))}))
+            steps.append((kind, {"name": rng.choice(objects)}))
         else:
             steps.append((kind, {}))
     return steps
