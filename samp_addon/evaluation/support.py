@@ -34,6 +34,9 @@ REACH = 0.03
 RUNNING = 1.8
 """Metres per second of the pelvis over the floor from which a body may be in the air."""
 
+STRIDE = 0.5
+"""Seconds that no running stride is in the air."""
+
 FALL_IN = 0.2
 """Seconds after sitting down and before standing up in which a seated pelvis may still move."""
 
@@ -123,7 +126,7 @@ def measures(
     velocity = np.gradient(motion.root, 1 / motion.fps, axis=0)
     return {
         "air_squat_s": longest(seen.bent & ~seen.carried) / motion.fps,
-        "unsupported_s": longest(~seen.supported & ~_runs(motion, velocity)) / motion.fps,
+        "unsupported_s": _flight(seen, _runs(motion, velocity), motion.fps),
         "seated_speed_m_s": _seated_speed(seen, velocity, motion.fps),
         "hanging_feet_cm": _hanging(seen, goal, floor, motion.fps),
     }
@@ -133,6 +136,12 @@ def longest(flags: np.ndarray) -> int:
     """Return the length of the longest run of set flags (T,)."""
     edges = np.flatnonzero(np.diff(np.r_[0, flags.astype(np.int8), 0]))
     return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def _flight(seen: Support, running: np.ndarray, fps: float) -> float:
+    """Return the longest run without support, seconds, without the flights of running (T,) bodies, which are short."""
+    longest_of_all = longest(~seen.supported) / fps
+    return longest_of_all if longest_of_all > STRIDE else longest(~seen.supported & ~running) / fps
 
 
 def _runs(motion: Motion, velocity: np.ndarray) -> np.ndarray:
