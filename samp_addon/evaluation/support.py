@@ -31,6 +31,9 @@ ASIDE = 0.015
 REACH = 0.03
 """Metres within which any skin is supported."""
 
+NEAR = 0.036
+"""Metres from a vertex of the skin, of which the nearest is up to 2 cm aside, to what is within REACH of the skin."""
+
 RUNNING = 1.8
 """Metres per second of the pelvis over the floor from which a body may be in the air."""
 
@@ -209,5 +212,4 @@ def _is_above(points: np.ndarray, samples: np.ndarray) -> bool:
 
 def _is_near(points: np.ndarray, samples: np.ndarray) -> bool:
     """Whether a sample (M, 3) is within 3 cm of the skin at points (N, 3)."""
-    # The vertices of the skin are 3 cm apart.
-    return bool(np.isfinite(cKDTree(points).query(samples, distance_upper_bound=2 * REACH)[0]).any())
+    return bool(np.isfinite(cKDTree(points).query(samples, distance_upper_bound=NEAR)[0]).any())
