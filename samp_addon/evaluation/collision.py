@@ -102,19 +102,21 @@ def _depth_of_samples(
     motion: Motion, joints: np.ndarray, samples: np.ndarray, surface: SkinSurface, body: human.Human
 ) -> np.ndarray:
     """Return the largest depth (T,) of samples (N, 3) in the body; joints: (T, J, 3)."""
-    depth, last, same = np.zeros(len(motion)), -2 * STRIDE, 0  # last frame looked at, last one measured
+    depth = np.zeros(len(motion))
     measured = np.unique([*range(0, len(motion), STRIDE), len(motion) - 1])
-    close = {k: surface.near(joints[k], samples) for k in measured}
+    like, same = {}, None  # for each frame, the one whose depth it has: long holds are measured once
+    for k in measured.tolist():
+        if same is None or np.abs(joints[k] - joints[same]).max() >= SAME_POSE:
+            same = k
+        like[k] = same
+    close = {k: surface.near(joints[k], samples) for k in dict.fromkeys(like.values())}
     frames = np.array([k for k, near in close.items() if len(near)], int)
     if not len(frames):
         return depth
     skin = human.skin(body, motion.pose_slice(frames), surface.vertices)
-    for vertices, k in zip(skin, frames, strict=True):
-        if k <= last + STRIDE and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
-            depth[k], last = depth[last], k
-            continue
+    for vertices, k in zip(skin, frames.tolist(), strict=True):
         depth[k] = surface.deepest(vertices, samples[close[k]], joints[k])
-        last = same = k
+    depth[list(like)] = depth[list(like.values())]
     frames = np.arange(len(motion))
     before = np.searchsorted(measured, frames, side="right") - 1
     after = np.minimum(before + 1, len(measured) - 1)

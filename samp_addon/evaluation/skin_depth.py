@@ -77,16 +77,19 @@ class SkinSurface:
             boxed = cells.within(low, high)
         if not len(boxed):
             return boxed
-        # One array per coordinate: numpy is several times slower along a short last axis.
-        found = np.ascontiguousarray(points[boxed].T, dtype=np.float32)
+        # One array per coordinate, without BLAS: its threads wait for each other on a busy machine.
+        x, y, z = np.ascontiguousarray(points[boxed].T, dtype=np.float32)
         hit = np.zeros(len(boxed), bool)
         ends = joints[self._segments].astype(np.float32)
         for (start, end), radius in zip(ends, self._radii, strict=True):
-            away = found - start[:, None]
             along = end - start
-            share = np.clip((along / max(along @ along, 1e-12)) @ away, 0, 1)
-            away -= along[:, None] * share
-            hit |= np.einsum("kn,kn->n", away, away) < radius**2
+            dx, dy, dz = x - start[0], y - start[1], z - start[2]
+            share = along[0] * dx + along[1] * dy + along[2] * dz
+            share = np.clip(share / max(float(np.square(along).sum()), 1e-12), 0, 1)
+            dx -= along[0] * share
+            dy -= along[1] * share
+            dz -= along[2] * share
+            hit |= dx * dx + dy * dy + dz * dz < radius**2
         return boxed[hit]
 
     def inside(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> Inside:
