@@ -12,6 +12,7 @@ import numpy as np
 from ..body import human
 from ..body.hands import complete
 from ..motion import Motion
+from ..scene.distance.point_cells import PointCells
 from ..scene.geometry import extent
 from ..skeleton import forward_kinematics
 from .obstacles import ROUNDING, Obstacles
@@ -26,6 +27,9 @@ LARGEST_BOX = 6.0
 
 STRIDE = 3
 """Frames between two in which the surface is looked for in the body; in between, the deeper neighbour counts."""
+
+CELL = 0.08
+"""Metres along the edge of the cells into which samples are sorted."""
 
 SAME_POSE = 0.004
 """Metres. A pose whose joints all moved less since the last measured frame has the same depth."""
@@ -109,7 +113,8 @@ def _depth_of_samples(
         if same is None or np.abs(joints[k] - joints[same]).max() >= SAME_POSE:
             same = k
         like[k] = same
-    close = {k: surface.near(joints[k], samples) for k in dict.fromkeys(like.values())}
+    cells = PointCells(samples, CELL)
+    close = {k: surface.near(joints[k], samples, cells) for k in dict.fromkeys(like.values())}
     frames = np.array([k for k, near in close.items() if len(near)], int)
     if not len(frames):
         return depth

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -193,9 +194,11 @@ def _each(
     for first in range(0, len(points), CHUNK):
         part = points[first : first + CHUNK]
         samples = obstacles.samples(part.min((0, 1)) - 2 * UNDER, part.max((0, 1)) + 2 * UNDER, floor)
+        columns = samples.T.copy()  # numpy reduces a short last axis slowly
         for k, own in enumerate(part):
             low, high = own.min(0) - UNDER - 0.02, own.max(0) + UNDER
-            close = samples[((samples >= low) & (samples <= high)).all(1)]
+            inside = [(c >= a) & (c <= b) for c, a, b in zip(columns, low, high, strict=True)]
+            close = samples[inside[0] & inside[1] & inside[2]]
             result[first + k] = len(close) > 0 and test(own, close)
     return result
 
@@ -203,11 +206,13 @@ def _each(
 def _is_above(points: np.ndarray, samples: np.ndarray) -> bool:
     """Whether a sample (M, 3) is up to 6 cm under one of some points (N, 3), 1.5 cm to the side at most."""
     near = cKDTree(samples[:, [0, 2]]).query_ball_point(points[:, [0, 2]], ASIDE)
-    return any(
-        (np.abs(point[1] - UNDER / 2 - samples[rows, 1]) <= UNDER / 2).any()
-        for point, rows in zip(points, near, strict=True)
-        if rows
+    count = np.fromiter(map(len, near), int, len(near))
+    if not count.any():
+        return False
+    below = (
+        np.repeat(points[:, 1], count) - samples[np.fromiter(chain.from_iterable(near), int, count.sum()), 1]
     )
+    return bool(((below >= 0) & (below <= UNDER)).any())
 
 
 def _is_near(points: np.ndarray, samples: np.ndarray) -> bool:
