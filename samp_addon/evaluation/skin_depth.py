@@ -79,20 +79,17 @@ class SkinSurface:
 
     def _near_bones(self, joints: np.ndarray, points: np.ndarray, margin: float = 0.0) -> np.ndarray:
         """Flag the points (N, 3) as near to a bone as skin can be, or by a margin farther, metres."""
-        # One array per coordinate, without BLAS: its threads wait for each other on a busy machine.
-        x, y, z = np.ascontiguousarray(points.T, dtype=np.float32)
-        hit = np.zeros(len(points), bool)
-        ends = joints[self._segments].astype(np.float32)
-        for (start, end), radius in zip(ends, self._radii, strict=True):
-            along = end - start
-            dx, dy, dz = x - start[0], y - start[1], z - start[2]
-            share = along[0] * dx + along[1] * dy + along[2] * dz
-            share = np.clip(share / max(float(np.square(along).sum()), 1e-12), 0, 1)
-            dx -= along[0] * share
-            dy -= along[1] * share
-            dz -= along[2] * share
-            hit |= dx * dx + dy * dy + dz * dz < (radius + margin) ** 2
-        return hit
+        # Coordinate by coordinate, without BLAS: its threads wait for each other on a busy machine.
+        xyz = np.ascontiguousarray(points.T, dtype=np.float32)[:, None]
+        start, end = (np.ascontiguousarray(joints[self._segments[:, k]].T, dtype=np.float32) for k in (0, 1))
+        along = (end - start)[..., None]
+        offset = xyz - start[..., None]
+        share = along[0] * offset[0] + along[1] * offset[1] + along[2] * offset[2]
+        share /= np.maximum(along[0] ** 2 + along[1] ** 2 + along[2] ** 2, 1e-12)
+        np.clip(share, 0, 1, out=share)
+        offset -= along * share
+        away = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
+        return (away < np.square(self._radii + margin, dtype=np.float32)[:, None]).any(0)
 
     def inside(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> Inside:
         """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``. joints: (J, 3)."""
@@ -120,7 +117,8 @@ class SkinSurface:
         (M,); and the metres between any point and its nearest vertex."""
         if len(points):
             low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
-            kept = np.flatnonzero(((skin >= low) & (skin <= high)).all(1))
+            inside = [(column >= a) & (column <= b) for column, a, b in zip(skin.T, low, high, strict=True)]
+            kept = np.flatnonzero(inside[0] & inside[1] & inside[2])
         if not len(points) or len(kept) < NEIGHBOURS:
             return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.inf
         tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)
