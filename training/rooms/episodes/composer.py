@@ -13,7 +13,7 @@ import numpy as np
 from ....samp_addon.easing import smoothstep
 from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
-from ..uses.use import Use
+from ..uses.use import ON_FURNITURE, Use
 from . import route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
 from .blending import LEAD, Piece, from_bank
@@ -38,7 +38,6 @@ LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; weighted metres for a second of a ho
 FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
 IDLE = LABELS.index("idle")
-ON_FURNITURE = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
 
 
 class EpisodeFailed(Exception):  # noqa: N818

@@ -14,6 +14,8 @@ from ....samp_addon.motion import Motion
 from ...fitting.shapes import probes
 
 SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
+EVERY, LOOKS = 4, 5  # frames between two in which the skin is looked at; frames in which the surfaces are
+MOST_IN_USE = 0.0185  # metres of either depth in furniture that is in use
 CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
 
 
@@ -40,6 +42,17 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
             deepest = found.depth[near].max(initial=0.0)
         out[frame] = deepest
     return out
+
+
+def deepest_in_use(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
+    """The larger of both depths of a body that uses a piece, metres: the skin's in every EVERY-th frame of the motion,
+    the surfaces' in LOOKS frames and in that of the deepest skin."""
+    some = np.arange(0, len(motion), EVERY)
+    skin = skin_depth(obstacles, motion.pose_slice(some), body)
+    if skin.max() > MOST_IN_USE:
+        return float(skin.max())
+    looks = np.append(np.linspace(0, len(motion) - 1, LOOKS + 2).astype(int)[1:-1], some[skin.argmax()])
+    return max(float(skin.max()), deepest(obstacles, motion.pose_slice(np.unique(looks)), body))
 
 
 def deepest(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:

@@ -10,20 +10,28 @@ from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
-from ....samp_addon.refine.feet.foot_lock import lock_feet
+from ....samp_addon.refine.feet.foot_lock import CAPTURED, lock_feet
 from . import bodies, depth, matching
 from .bank import LABELS, Bank
 from .blending import Piece, joined
 from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
 from .matching import FPS
-from .scene import DEEP, FINE, Scene
+from .scene import DEEP, FINE, STEP, Scene
 from .search import Search
 
 AT_ONCE = 24  # episodes that are made together
+SHORTEST = int(SECONDS[0] * FPS)
 MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
-BUILDS, SLIGHT = 3, 0.1  # bodies tried for an episode; share of the last one's shape values
-LOOKS, IN_SEAT = 5, 0.018  # frames of a use in which the depth is looked at, and metres of it
+BUILDS = (1.0, 0.5, 0.1)  # shares of the shape values of the bodies that are tried for an episode
+ROUGH = 0.008  # metres more than DEEP that are allowed before feet are locked
+IN_THINGS = 0.0185  # metres of skin in hard things
+AWAY = 4  # frames between what is kept and a frame in which the body is in something
+ON_HARD = 10  # frames on hard furniture between two whose skin is looked at in the whole room
+TOUCHED, MOST_CLOSE = (
+    0.003,
+    14,
+)  # metres of grazing from which thin things are looked for, in about so many frames
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 UNKNOWN = 255
 LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
@@ -115,68 +123,93 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     longest = int(LONGEST * FPS)
     whole = joined(pieces)
     if len(whole) > longest:
-        whole = Piece(*(getattr(whole, name)[:longest] for name in Piece.__dataclass_fields__))
-    if len(whole) < SECONDS[0] * FPS:
+        whole = whole.part(0, longest)
+    if len(whole) < SHORTEST:
         return "too short"
-    before = deviation(bank, whole)
+    rough = scene.depth_beside(whole.root, whole.rotations, whole.object, None, STEP, False)
+    clean = _longest_clean(STEP * np.flatnonzero(rough > DEEP + ROUGH), len(whole))
+    if clean is None:
+        return "in something"
+    whole = whole.part(*clean)
     dressed = _fitting_body(scene, whole, rng)
     if dressed is None:
         return "in its seat"
-    build, carried, locked = dressed
+    build, carried = dressed
+    locked = locked_feet(carried, build)
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"
-    grazed = scene.depth_beside(locked.root, locked.rotations, carried.object, build.body.joints)
-    if (grazed > DEEP).any() or _skin_in_solids(scene, locked, build, grazed) > DEEP:
+    clean = _longest_clean(_in_things(scene, locked, carried.object, build), len(whole))
+    if clean is None:
         return "in something"
-    rotations = rotation.continuous(locked.rotations)
-    finished = Piece(
-        locked.root, rotations, carried.labels, carried.feet, carried.source, carried.hands, carried.object
+    finished = replace(carried, root=locked.root, rotations=rotation.continuous(locked.rotations)).part(
+        *clean
     )
-    return Episode(finished, build, before, deviation(bank, finished))
+    return Episode(finished, build, deviation(bank, whole.part(*clean)), deviation(bank, finished))
 
 
-def _skin_in_solids(scene: Scene, locked: Motion, build: bodies.Build, grazed: np.ndarray) -> float:
-    """Metres by which the skin is in a solid thing in frames in which the flesh around a bone touches one."""
+def _longest_clean(bad: np.ndarray, count: int) -> tuple[int, int] | None:
+    """Return the longest span of frames, of ``count``, that stays away from bad ones (N,); None if all are short."""
+    ends = np.concatenate([[-AWAY], np.unique(bad), [count - 1 + AWAY]])
+    longest = int(np.diff(ends).argmax())
+    first, stop = int(ends[longest]) + AWAY, int(ends[longest + 1]) - AWAY + 1
+    return (first, stop) if stop - first >= SHORTEST else None
+
+
+def _in_things(scene: Scene, locked: Motion, using: np.ndarray, build: bodies.Build) -> np.ndarray:
+    """Return frames (N,) in which the body is too deep in hard things, whether it uses them (T,) or not."""
+    grazed = scene.depth_beside(locked.root, locked.rotations, using, build.body.joints)
+    bad = FINE * np.flatnonzero(grazed > DEEP)
     near = FINE * np.flatnonzero(grazed > 0)
-    frames = np.unique(np.clip(np.concatenate([near, near + 1]), 0, len(locked) - 1))
+    used = [k for k in np.unique(using) if scene.hard(int(k)) is not None]
+    on = np.flatnonzero(np.isin(using, used))[::ON_HARD]
+    frames = np.unique(np.clip(np.concatenate([near, near + 1, on]), 0, len(locked) - 1))
     if not len(frames):
-        return 0.0
+        return bad
     # The body of the first frame is taken to be outside.
-    frames = np.concatenate([[0], frames])
-    return float(depth.skin_depth(scene.solids, locked.pose_slice(frames), build.body).max())
+    skin = depth.skin_depth(scene.hard_things, locked.pose_slice(np.append(0, frames)), build.body)[1:]
+    bad = np.concatenate([bad, frames[skin > IN_THINGS]])
+    # Thin things are seen from inside the body only.
+    close = FINE * np.flatnonzero(grazed > TOUCHED)
+    close = np.setdiff1d(close, bad)[:: max(len(close) // MOST_CLOSE, 1)]
+    for frame in close:
+        if depth.deepest(scene.hard_things, locked.pose_slice([0, frame]), build.body) > IN_THINGS:
+            bad = np.append(bad, frame)
+    return bad
 
 
-def _fitting_body(
-    scene: Scene, whole: Piece, rng: np.random.Generator
-) -> tuple[bodies.Build, Piece, Motion] | None:
+def _fitting_body(scene: Scene, whole: Piece, rng: np.random.Generator) -> tuple[bodies.Build, Piece] | None:
     """Return a random build that is not too deep in the hard furniture it uses, and the motion on it; or None.
 
     The last one that is tried is nearly the default human, which the uses were fitted to.
     """
-    for attempt in range(BUILDS):
-        build = bodies.draw(rng, 1.0 if attempt + 1 < BUILDS else SLIGHT)
+    for share in BUILDS:
+        build = bodies.draw(rng, share)
         carried = bodies.carried(whole, build)
-        locked = locked_feet(carried, build)
-        deepest, item = _depth_in_seats(scene, carried, locked, build)
-        if deepest <= IN_SEAT:
-            return build, carried, locked
+        deepest, item = _depth_in_seats(scene, carried, build)
+        if deepest <= depth.MOST_IN_USE:
+            return build, carried
     scene.too_deep[item] += 1
     return None
 
 
-def _depth_in_seats(scene: Scene, piece: Piece, locked: Motion, build: bodies.Build) -> tuple[float, int]:
-    """Metres by which the body is in the hard furniture it uses, in some frames of each use, and the worst piece."""
+def _depth_in_seats(scene: Scene, piece: Piece, build: bodies.Build) -> tuple[float, int]:
+    """Metres by which the body is in the hard furniture it uses, and the worst piece; the first one that is too deep
+    ends the search."""
     used = np.concatenate([[-1], piece.object, [-1]])
     cuts = np.flatnonzero(np.diff(used))
     worst = (0.0, -1)
     for first, stop in zip(cuts[:-1], cuts[1:], strict=True):
         number = int(piece.object[first]) if first < len(piece) else -1
-        obstacles = scene.hard(number) if number >= 0 else None
+        obstacles = scene.hard(number)
         if obstacles is None:
             continue
-        frames = np.unique(np.linspace(first, stop - 1, LOOKS + 2).astype(int)[1:-1])
-        worst = max(worst, (depth.deepest(obstacles, locked.pose_slice(frames), build.body), number))
+        part = slice(first, stop)
+        root, rotations = scene.to_piece(number, piece.root[part], piece.rotations[part])
+        motion = Motion(root, rotations, rest_joints=build.body.joints)
+        worst = max(worst, (depth.deepest_in_use(obstacles, motion, build.body), number))
+        if worst[0] > depth.MOST_IN_USE:
+            break
     return worst
 
 
@@ -184,7 +217,8 @@ def locked_feet(carried: Piece, build: bodies.Build) -> Motion:
     """Return the motion with locked feet, except on furniture, where the feet were fitted to the piece."""
     contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
     locked = lock_feet(
-        Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints)
+        Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints),
+        settings=CAPTURED,
     )
     keep = gaussian_filter1d(
         minimum_filter1d((carried.object >= 0).astype(float), 2 * INTO_USE + 1), INTO_USE / 2

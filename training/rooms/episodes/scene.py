@@ -98,7 +98,7 @@ class Scene:
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
         self.gaps: dict[tuple[int, int], np.ndarray] = {}
         self.too_deep: Counter[int] = Counter()
-        self._hard: dict[int, Obstacles] = {}
+        self._items = items
         self._trees: dict[int, cKDTree] = {}
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
 
@@ -188,12 +188,14 @@ class Scene:
         return part if all(self.reachable(part.flat[k, :2]) for k in ends) else None
 
     def hard(self, number: int) -> Obstacles | None:
-        """A piece of furniture as an obstacle, None for soft ones; cached."""
-        if self.room.categories[number] in SOFT:
-            return None
-        if number not in self._hard:
-            self._hard[number] = Obstacles(self.room.triangles[self.room.objects == number])
-        return self._hard[number]
+        """A piece of furniture as an obstacle in its own frame, None for soft ones and for no piece."""
+        item = self._items.get(self.room.names[number]) if number >= 0 else None
+        return item.obstacles if item is not None and self.room.categories[number] not in SOFT else None
+
+    def to_piece(self, number: int, root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Root (T, 3) and rotations (T, 22, 4) in the frame of a piece."""
+        x, _, z, yaw = self.room.places[number]
+        return turned(root - np.array([x, 0.0, z]), rotations, -yaw, np.zeros(3))
 
     def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""
@@ -213,24 +215,42 @@ class Scene:
         seats = np.isin(room.objects, room.seats) | np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
         return Obstacles(room.triangles[~seats])
 
-    def depth_beside(
-        self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray, rest: np.ndarray
-    ) -> np.ndarray:
-        """As depth, but of every FINE-th frame, and in frames in which a piece is in use (T,) without that one.
+    @cached_property
+    def hard_things(self) -> Obstacles:
+        """Walls and all hard things."""
+        room = self.room
+        soft = [k for k, category in enumerate(room.categories) if category in SOFT]
+        shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+        return Obstacles(room.triangles[~np.isin(room.objects, soft) & ~shell])
 
-        rest: (J, 3) joints of the body.
+    def depth_beside(
+        self,
+        root: np.ndarray,
+        rotations: np.ndarray,
+        using: np.ndarray,
+        rest: np.ndarray | None,
+        every: int = FINE,
+        solids: bool = True,
+    ) -> np.ndarray:
+        """As depth, but of every ``every``-th frame, and in frames in which a piece is in use (T,) without that one.
+
+        rest: (J, 3) joints of the body, None for the default human's. solids: whether bones in the middle of solid
+        things are looked for, too.
         """
-        out = np.zeros(len(range(0, len(root), FINE)))
-        at = using[::FINE]
+        out = np.zeros(len(range(0, len(root), every)))
+        at = using[::every]
         for number in np.unique(at):
             rows = np.flatnonzero(at == number)
-            frames = rows * FINE
+            frames = rows * every
             points, radii = bone_points(root[frames], rotations[frames], rest)
             tree = self.surface[0] if number < 0 else self._without(int(number))
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
-            # The surfaces of a thing are far from a bone in the middle of it.
-            inside = self.solids.depth(points)[0]
-            out[rows] = np.maximum(np.maximum(radii - gap, 0), np.where(inside > 0, inside + radii, 0)).max(1)
+            depth = np.maximum(radii - gap, 0)
+            if solids:
+                # The surfaces of a thing are far from a bone in the middle of it.
+                inside = self.solids.depth(points)[0]
+                depth = np.maximum(depth, np.where(inside > 0, inside + radii, 0))
+            out[rows] = depth.max(1)
         return out
 
     def route(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
