@@ -14,7 +14,7 @@ from ....samp_addon.easing import smoothstep
 from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
 from ..uses.use import ON_FURNITURE, Use
-from . import route
+from . import captured, route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
 from .blending import LEAD, Piece, from_bank
 from .matching import Walk
@@ -38,6 +38,7 @@ LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; weighted metres for a second of a ho
 FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
 IDLE = LABELS.index("idle")
+LEAST_WEIGHT = 0.2  # of a use none of whose frames is as captured
 
 
 class EpisodeFailed(Exception):  # noqa: N818
@@ -78,13 +79,13 @@ class EpisodeComposer:
         scene = self.scene
         seated = [s for s in scene.placed_uses if s.use.up_end >= 0 and scene.too_deep[s.item] < MOST_DEEP]
         if seated and rng.random() < 0.25:
-            self._rise(_drawn(seated, rng), start=True)
+            self._rise(_drawn(self.bank, scene, seated, rng), start=True)
         else:
             self._appear()
         while self._frames() < target:
             chance = rng.random()
             if self.enter and chance < 0.62:
-                placed = _drawn(self.enter, rng)
+                placed = _drawn(self.bank, scene, self.enter, rng)
                 stays = yield from self._use(placed)
                 if stays:
                     break
@@ -260,12 +261,13 @@ def there_and_back(use: Use, end: int, hold: int) -> np.ndarray:
     return np.tile(np.concatenate([back, back[::-1][1:], [end]]), turns)
 
 
-def _drawn(placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:
-    """Draw a use; every piece of furniture has the same probability."""
+def _drawn(bank: Bank, scene: Scene, placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:
+    """Draw a use; every piece of furniture has the same probability, captured postures on it a higher one."""
     items = sorted({placed.item for placed in placed_uses})
     item = items[rng.integers(len(items))]
     mine = [placed for placed in placed_uses if placed.item == item]
-    return mine[rng.integers(len(mine))]
+    weights = np.array([LEAST_WEIGHT + captured.share(bank, scene, placed) for placed in mine])
+    return mine[rng.choice(len(mine), p=weights / weights.sum())]
 
 
 def _led_to(flat: np.ndarray, goal: np.ndarray) -> np.ndarray:

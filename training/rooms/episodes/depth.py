@@ -15,7 +15,10 @@ from ...fitting.shapes import probes
 
 SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
 EVERY, LOOKS = 4, 5  # frames between two in which the skin is looked at; frames in which the surfaces are
-MOST_IN_USE = 0.0185  # metres of either depth in furniture that is in use
+MOST_IN_USE = 0.017  # metres of either depth in furniture that is in use
+ARM, ALONG = 0.045, 1.4  # metres from a forearm beyond which nothing is near it, and its length with the hand
+ARM_LOOKS, ARM_APART = 4, 2
+TOGETHER = 8  # frames whose surroundings are looked up together
 CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
 
 
@@ -46,34 +49,83 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
 
 def deepest_in_use(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
     """The larger of both depths of a body that uses a piece, metres: the skin's in every EVERY-th frame of the motion,
-    the surfaces' in LOOKS frames and in that of the deepest skin."""
+    the surfaces' in LOOKS frames, in that of the deepest skin and in those in which a forearm is close to one."""
     some = np.arange(0, len(motion), EVERY)
-    skin = skin_depth(obstacles, motion.pose_slice(some), body)
+    few = motion.pose_slice(some)
+    skin = skin_depth(obstacles, few, body)
     if skin.max() > MOST_IN_USE:
         return float(skin.max())
-    looks = np.append(np.linspace(0, len(motion) - 1, LOOKS + 2).astype(int)[1:-1], some[skin.argmax()])
-    return max(float(skin.max()), deepest(obstacles, motion.pose_slice(np.unique(looks)), body))
+    looks = np.linspace(0, len(motion) - 1, LOOKS + 2).astype(int)[1:-1]
+    looks = np.unique([*looks, some[skin.argmax()], *some[_nearest_arms(obstacles, few)]])
+    return max(float(skin.max()), float(near_surface_depth(obstacles, motion.pose_slice(looks), body).max()))
+
+
+def _nearest_arms(obstacles: Obstacles, motion: Motion) -> list[int]:
+    """Up to ARM_LOOKS frames for each forearm in which it is closest to a surface, more than ARM_APART apart."""
+    joints, _ = motion.forward_kinematics()
+    found: list[int] = []
+    for side in ("left", "right"):
+        elbow, wrist = (joints[:, skeleton.INDEX[f"{side}_{name}"], None] for name in ("elbow", "wrist"))
+        points = elbow + np.linspace(0, ALONG, 6)[:, None] * (wrist - elbow)
+        samples = obstacles.samples(points.min((0, 1)) - ARM, points.max((0, 1)) + ARM)
+        if not len(samples):
+            continue
+        gap = _tree(samples).query(points.reshape(-1, 3), distance_upper_bound=ARM)[0]
+        gap = gap.reshape(len(motion), -1).min(1)
+        for _ in range(ARM_LOOKS):
+            frame = int(gap.argmin())
+            if not np.isfinite(gap[frame]):
+                break
+            found.append(frame)
+            gap[max(frame - ARM_APART, 0) : frame + ARM_APART + 1] = np.inf
+    return found
+
+
+def _tree(points: np.ndarray) -> cKDTree:
+    return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def deepest(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
-    """The larger of both depths in any frame, metres; surfaces that are less than about 1 cm deep are left out.
+    """The larger of both depths in any frame, metres; see `near_surface_depth`."""
+    skin = float(skin_depth(obstacles, motion, body).max(initial=0.0))
+    return max(skin, float(near_surface_depth(obstacles, motion, body).max(initial=0.0)))
+
+
+def near_surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
+    """As surface_depth (T,); surfaces that are less than about 1 cm deep are left out.
 
     Fast: only the few samples close to points of the body's inside are looked at.
     """
-    worst = float(skin_depth(obstacles, motion, body).max(initial=0.0))
+    out = np.zeros(len(motion))
     surface = surface_of(human.load())  # all bodies have the same triangles
     interior = probes.interior(motion.root, motion.rotations)
     low, high = interior.min((0, 1)) - CONFIRMED_NEAR, interior.max((0, 1)) + CONFIRMED_NEAR
     samples = obstacles.samples(low, high)
     if not len(samples):
-        return worst
-    close = []
-    for points in interior:
-        tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-        close.append(np.flatnonzero(np.isfinite(tree.query(samples, distance_upper_bound=CONFIRMED_NEAR)[0])))
-    some = np.array([frame for frame, near in enumerate(close) if len(near)], int)
-    part = motion.pose_slice(some)
+        return out
+    close = {}
+    for first in range(0, len(interior), TOGETHER):
+        bodies = interior[first : first + TOGETHER]
+        here = _boxed(samples, bodies)
+        for frame, points in enumerate(bodies, first):
+            boxed = here[_boxed(samples[here], points)]
+            if not len(boxed):
+                continue
+            near = np.isfinite(_tree(points).query(samples[boxed], distance_upper_bound=CONFIRMED_NEAR)[0])
+            if near.any():
+                close[frame] = boxed[near]
+    if not close:
+        return out
+    part = motion.pose_slice(np.array(list(close)))
     joints = skeleton.forward_kinematics(part.root, complete(part.rotations), body.joints)[0]
-    for frame, skin, own in zip(some, human.skin(body, part, surface.vertices), joints, strict=True):
-        worst = max(worst, surface.deepest(skin, samples[close[frame]], own))
-    return worst
+    skin = human.skin(body, part, surface.vertices)
+    for (frame, rows), vertices, own in zip(close.items(), skin, joints, strict=True):
+        out[frame] = surface.deepest(vertices, samples[rows], own)
+    return out
+
+
+def _boxed(samples: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Indices of samples (N, 3) in the box of points (..., 3), CONFIRMED_NEAR wider."""
+    points = points.reshape(-1, 3)
+    low, high = points.min(0) - CONFIRMED_NEAR, points.max(0) + CONFIRMED_NEAR
+    return np.flatnonzero(((samples > low) & (samples < high)).all(1))

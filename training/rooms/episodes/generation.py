@@ -14,6 +14,7 @@ from ....samp_addon.refine.feet.foot_lock import CAPTURED, lock_feet
 from . import bodies, depth, matching
 from .bank import LABELS, Bank
 from .blending import Piece, joined
+from .captured import deviation
 from .composer import LONGEST, SECONDS, EpisodeComposer, EpisodeFailed, EpisodeSteps, Request
 from .matching import FPS
 from .scene import DEEP, FINE, STEP, Scene
@@ -25,17 +26,12 @@ MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
 BUILDS = (1.0, 0.5, 0.1)  # shares of the shape values of the bodies that are tried for an episode
 ROUGH = 0.008  # metres more than DEEP that are allowed before feet are locked
-IN_THINGS = 0.0185  # metres of skin in hard things
+IN_THINGS = 0.0175  # metres of skin in hard things
 AWAY = 4  # frames between what is kept and a frame in which the body is in something
 ON_HARD = 10  # frames on hard furniture between two whose skin is looked at in the whole room
-TOUCHED, MOST_CLOSE = (
-    0.003,
-    14,
-)  # metres of grazing from which thin things are looked for, in about so many frames
+NEAR, CLOSE = 0.02, 0.01  # metres between flesh and things within which skin, and surfaces, are looked at
+TOUCHED = 0.006  # metres of things in the flesh from which they are looked at in every FINE-th frame
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
-UNKNOWN = 255
-LEGS_TRUNK = [1, 2, 3, 4, 5, 6, 7, 8, 9]  # hips, spine, knees, ankles
-_OFF_FEET = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
 
 
 @dataclass(frozen=True)
@@ -145,7 +141,8 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     finished = replace(carried, root=locked.root, rotations=rotation.continuous(locked.rotations)).part(
         *clean
     )
-    return Episode(finished, build, deviation(bank, whole.part(*clean)), deviation(bank, finished))
+    before, after = (deviation(bank, p.rotations, p.source) for p in (whole.part(*clean), finished))
+    return Episode(finished, build, before, after)
 
 
 def _longest_clean(bad: np.ndarray, count: int) -> tuple[int, int] | None:
@@ -159,23 +156,28 @@ def _longest_clean(bad: np.ndarray, count: int) -> tuple[int, int] | None:
 def _in_things(scene: Scene, locked: Motion, using: np.ndarray, build: bodies.Build) -> np.ndarray:
     """Return frames (N,) in which the body is too deep in hard things, whether it uses them (T,) or not."""
     grazed = scene.depth_beside(locked.root, locked.rotations, using, build.body.joints)
-    bad = FINE * np.flatnonzero(grazed > DEEP)
-    near = FINE * np.flatnonzero(grazed > 0)
+    rows = np.arange(len(grazed))
+    bad = FINE * rows[grazed > DEEP]
     used = [k for k in np.unique(using) if scene.hard(int(k)) is not None]
     on = np.flatnonzero(np.isin(using, used))[::ON_HARD]
-    frames = np.unique(np.clip(np.concatenate([near, near + 1, on]), 0, len(locked) - 1))
+    # Who sits hardly moves.
+    rare = np.where(using[::FINE] >= 0, 4, 1)
+    near = FINE * rows[(grazed > -NEAR) & (rows % (2 * rare) == 0) | (grazed > TOUCHED) & (rows % rare == 0)]
+    frames = np.union1d(near, on)
     if not len(frames):
         return bad
     # The body of the first frame is taken to be outside.
     skin = depth.skin_depth(scene.hard_things, locked.pose_slice(np.append(0, frames)), build.body)[1:]
-    bad = np.concatenate([bad, frames[skin > IN_THINGS]])
+    bad = np.union1d(bad, frames[skin > IN_THINGS])
     # Thin things are seen from inside the body only.
-    close = FINE * np.flatnonzero(grazed > TOUCHED)
-    close = np.setdiff1d(close, bad)[:: max(len(close) // MOST_CLOSE, 1)]
-    for frame in close:
-        if depth.deepest(scene.hard_things, locked.pose_slice([0, frame]), build.body) > IN_THINGS:
-            bad = np.append(bad, frame)
-    return bad
+    close = (
+        FINE * rows[(grazed > -CLOSE) & (rows % (4 * rare) == 0) | (grazed > TOUCHED) & (rows % rare == 0)]
+    )
+    close = np.setdiff1d(close, bad)
+    if not len(close):
+        return bad
+    inside = depth.near_surface_depth(scene.hard_things, locked.pose_slice(close), build.body)
+    return np.concatenate([bad, close[inside > IN_THINGS]])
 
 
 def _fitting_body(scene: Scene, whole: Piece, rng: np.random.Generator) -> tuple[bodies.Build, Piece] | None:
@@ -228,20 +230,7 @@ def locked_feet(carried: Piece, build: bodies.Build) -> Motion:
     return replace(locked, root=root, rotations=rotations)
 
 
-def deviation(bank: Bank, piece: Piece) -> np.ndarray:
-    """Return how far legs and trunk (T,) uint8 are from the captured frame, see Episode."""
-    source = np.maximum(piece.source, 0)
-    dots = np.abs((piece.rotations[:, LEGS_TRUNK] * bank.rotations[source][:, LEGS_TRUNK]).sum(-1))
-    angle = np.degrees(2 * np.arccos(np.clip(dots, 0, 1))).max(1)
-    return np.where(piece.source >= 0, np.minimum(np.ceil(angle), UNKNOWN - 1), UNKNOWN).astype(np.uint8)
-
-
 def contacts(piece: Piece) -> np.ndarray:
     """Contacts (T, 5) of pelvis, right and left hand, right and left foot."""
     pelvis = np.isin(piece.labels, [LABELS.index("sit"), LABELS.index("lie")]).astype(np.float32)
     return np.column_stack([pelvis, piece.hands, piece.feet])
-
-
-def in_use(piece: Piece) -> np.ndarray:
-    """Flags (T,) of frames on furniture."""
-    return np.isin(piece.labels, _OFF_FEET)

@@ -25,7 +25,7 @@ from .depth import SOFT
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
-FAR = 0.115  # metres beyond which nothing is in the flesh: the largest of RADII and a little
+FAR = 0.13  # metres beyond which nothing is near the flesh: the largest of RADII and a little
 STEP, FINE = 4, 2  # frames between two that are looked at, of uses and of finished episodes
 # Bones with two points each, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
@@ -35,8 +35,13 @@ RADII = np.array(
 )
 KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
         "left_wrist", "right_wrist")]  # fmt: skip
-SHARES = (0.15, 0.5, 0.85)
-BEYOND = {(18, 20): (1.2, 1.45), (19, 21): (1.2, 1.45), (7, 10): (-0.3, 1.35), (8, 11): (-0.3, 1.35)}
+SHARES = (0.0, 0.35, 0.7)  # the next bone begins where one ends
+BEYOND = {
+    (18, 20): (1.2, 1.45, 1.7),
+    (19, 21): (1.2, 1.45, 1.7),
+    (7, 10): (-0.3, 1.35),
+    (8, 11): (-0.3, 1.35),
+}
 """Shares beyond the points at which there are hands, toes and heels."""
 ENDS = 0.022  # metres, the radius of the flesh there
 DEEP = 0.02  # metres
@@ -97,6 +102,7 @@ class Scene:
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
         self.gaps: dict[tuple[int, int], np.ndarray] = {}
+        self.captured: dict[int, float] = {}
         self.too_deep: Counter[int] = Counter()
         self._items = items
         self._trees: dict[int, cKDTree] = {}
@@ -232,7 +238,8 @@ class Scene:
         every: int = FINE,
         solids: bool = True,
     ) -> np.ndarray:
-        """As depth, but of every ``every``-th frame, and in frames in which a piece is in use (T,) without that one.
+        """As depth, but of every ``every``-th frame, and in frames in which a piece is in use (T,) without that one;
+        negative where nothing is in the flesh.
 
         rest: (J, 3) joints of the body, None for the default human's. solids: whether bones in the middle of solid
         things are looked for, too.
@@ -245,7 +252,7 @@ class Scene:
             points, radii = bone_points(root[frames], rotations[frames], rest)
             tree = self.surface[0] if number < 0 else self._without(int(number))
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
-            depth = np.maximum(radii - gap, 0)
+            depth = radii - gap
             if solids:
                 # The surfaces of a thing are far from a bone in the middle of it.
                 inside = self.solids.depth(points)[0]

@@ -11,7 +11,7 @@ from .bank import POSE, Bank
 
 STRIPES = 16  # candidates of each walker: the best frame of each part of the bank
 PREFERENCES, PREFERENCE = 4, 0.12  # dimensions and scale of the walkers' preferences for clips
-LOYAL = 0.5  # factor on the cost of continuing the present clip
+LOYAL = 0.12  # factor on the cost of continuing the present clip
 LOOK = (6, 12, 20)  # frames at which a candidate's place is looked at
 ROOM, CROWDED = 0.25, 0.07  # metres of clearance that are wanted, and whose lack counts as one unit of cost
 Clearance = Callable[[np.ndarray], np.ndarray]

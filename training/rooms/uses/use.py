@@ -27,7 +27,7 @@ from ..layout.stock import Item
 
 BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
 SAME_PLACE = 0.12  # metres between pelvises that rest in the same place
-SOUND = 0.0175  # metres of depth in a piece: other bodies are in it deeper
+SOUND = 0.0165  # metres of depth in a piece: other bodies are in it deeper
 ON_FURNITURE = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
 REST = 150  # frames of the hold with which a reversed rise begins
 
