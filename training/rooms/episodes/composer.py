@@ -23,7 +23,7 @@ from .scene import PlacedUse, Scene
 SECONDS = (15.0, 38.0)
 LONGEST = 40.0
 PACES = (0.65, 1.25)  # m/s
-HOLDS = (2.5, 9.0)  # seconds of one stretch of sitting or lying
+HOLDS = (2.5, 7.5)  # seconds of one stretch of sitting or lying
 STANDS = (1.5, 7.0)
 STAYING = 0.06  # probability of keeping a use from which nothing captured rises
 MOST_DEEP = 2  # episodes rejected for the depth in a piece, after which nobody sits on it any more
@@ -38,7 +38,7 @@ LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; weighted metres for a second of a ho
 FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
 IDLE = LABELS.index("idle")
-LEAST_WEIGHT = 0.2  # of a use none of whose frames is as captured
+PIECE_WEIGHT, USE_WEIGHT = 0.35, 0.08  # of a piece, and a use on it, no frame of which is as captured
 
 
 class EpisodeFailed(Exception):  # noqa: N818
@@ -262,12 +262,19 @@ def there_and_back(use: Use, end: int, hold: int) -> np.ndarray:
 
 
 def _drawn(bank: Bank, scene: Scene, placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:
-    """Draw a use; every piece of furniture has the same probability, captured postures on it a higher one."""
-    items = sorted({placed.item for placed in placed_uses})
-    item = items[rng.integers(len(items))]
+    """Draw a piece of furniture and a use of it, the more often the more of it is as captured."""
+    shares: dict[int, list[float]] = {}
+    for placed in placed_uses:
+        shares.setdefault(placed.item, []).append(captured.share(bank, scene, placed))
+    pieces = sorted(shares)
+    item = pieces[_weighted([PIECE_WEIGHT + max(shares[number]) for number in pieces], rng)]
     mine = [placed for placed in placed_uses if placed.item == item]
-    weights = np.array([LEAST_WEIGHT + captured.share(bank, scene, placed) for placed in mine])
-    return mine[rng.choice(len(mine), p=weights / weights.sum())]
+    return mine[_weighted([USE_WEIGHT + share for share in shares[item]], rng)]
+
+
+def _weighted(weights: list[float], rng: np.random.Generator) -> int:
+    """Draw an index with a probability proportional to its weight."""
+    return int(rng.choice(len(weights), p=np.array(weights) / np.sum(weights)))
 
 
 def _led_to(flat: np.ndarray, goal: np.ndarray) -> np.ndarray:

@@ -20,6 +20,21 @@ ARM, ALONG = 0.045, 1.4  # metres from a forearm beyond which nothing is near it
 ARM_LOOKS, ARM_APART = 4, 2
 TOGETHER = 8  # frames whose surroundings are looked up together
 CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
+# Bones with two points each, and the radius of the flesh around them in metres.
+BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
+         (17, 19), (18, 20), (19, 21)]  # fmt: skip
+RADII = np.array(
+    [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
+)
+SHARES = (0.0, 0.35, 0.7)  # the next bone begins where one ends
+BEYOND = {
+    (18, 20): (1.2, 1.45, 1.7),
+    (19, 21): (1.2, 1.45, 1.7),
+    (7, 10): (-0.3, 1.35),
+    (8, 11): (-0.3, 1.35),
+}
+"""Shares beyond the points at which there are hands, toes and heels."""
+ENDS = 0.022  # metres, the radius of the flesh there
 
 
 def skin_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
@@ -129,3 +144,19 @@ def _boxed(samples: np.ndarray, points: np.ndarray) -> np.ndarray:
     points = points.reshape(-1, 3)
     low, high = points.min(0) - CONFIRMED_NEAR, points.max(0) + CONFIRMED_NEAR
     return np.flatnonzero(((samples > low) & (samples < high)).all(1))
+
+
+def bone_points(
+    root: np.ndarray, rotations: np.ndarray, rest: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points on the bones (T, P, 3) and the radius of the flesh around each (P,). rest: of the joints."""
+    rest = skeleton.default_rest_joints() if rest is None else rest
+    joints, _ = skeleton.forward_kinematics(root, rotations, rest)
+    points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
+    ends = [
+        joints[:, a] + share * (joints[:, b] - joints[:, a])
+        for (a, b), more in BEYOND.items()
+        for share in more
+    ]
+    radii = np.concatenate([np.repeat(RADII, len(SHARES)), np.full(len(ends), ENDS)])
+    return np.stack([*points, *ends], 1), radii

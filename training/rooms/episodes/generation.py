@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, minimum_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
@@ -26,11 +26,12 @@ MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
 BUILDS = (1.0, 0.5, 0.1)  # shares of the shape values of the bodies that are tried for an episode
 ROUGH = 0.008  # metres more than DEEP that are allowed before feet are locked
+APPROACH = 0.03  # metres between things and the default human beyond which another body is in none
 IN_THINGS = 0.0175  # metres of skin in hard things
 AWAY = 4  # frames between what is kept and a frame in which the body is in something
 ON_HARD = 10  # frames on hard furniture between two whose skin is looked at in the whole room
 NEAR, CLOSE = 0.02, 0.01  # metres between flesh and things within which skin, and surfaces, are looked at
-TOUCHED = 0.006  # metres of things in the flesh from which they are looked at in every FINE-th frame
+TOUCHED = 0.006  # metres of things in the flesh from which they are looked at twice as often
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 
 
@@ -122,11 +123,14 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
         whole = whole.part(0, longest)
     if len(whole) < SHORTEST:
         return "too short"
-    rough = scene.depth_beside(whole.root, whole.rotations, whole.object, None, STEP, False)
-    clean = _longest_clean(STEP * np.flatnonzero(rough > DEEP + ROUGH), len(whole))
+    some = np.arange(0, len(whole), STEP)
+    rough = scene.depth_beside(whole.root, whole.rotations, whole.object, some, solids=False)
+    clean = _longest_clean(some[rough > DEEP + ROUGH], len(whole))
     if clean is None:
         return "in something"
     whole = whole.part(*clean)
+    rough = maximum_filter1d(np.maximum(rough, -1), 3)
+    near = np.interp(np.arange(*clean), some, rough) > -APPROACH
     dressed = _fitting_body(scene, whole, rng)
     if dressed is None:
         return "in its seat"
@@ -135,7 +139,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     joints, _ = locked.forward_kinematics()
     if np.linalg.norm(np.diff(joints, axis=0), axis=-1).max() > MOST_JUMP:
         return "jumps"
-    clean = _longest_clean(_in_things(scene, locked, carried.object, build), len(whole))
+    clean = _longest_clean(_in_things(scene, locked, carried.object, build, near), len(whole))
     if clean is None:
         return "in something"
     finished = replace(carried, root=locked.root, rotations=rotation.continuous(locked.rotations)).part(
@@ -153,31 +157,36 @@ def _longest_clean(bad: np.ndarray, count: int) -> tuple[int, int] | None:
     return (first, stop) if stop - first >= SHORTEST else None
 
 
-def _in_things(scene: Scene, locked: Motion, using: np.ndarray, build: bodies.Build) -> np.ndarray:
-    """Return frames (N,) in which the body is too deep in hard things, whether it uses them (T,) or not."""
-    grazed = scene.depth_beside(locked.root, locked.rotations, using, build.body.joints)
-    rows = np.arange(len(grazed))
-    bad = FINE * rows[grazed > DEEP]
+def _in_things(
+    scene: Scene, locked: Motion, using: np.ndarray, build: bodies.Build, near: np.ndarray
+) -> np.ndarray:
+    """Return frames (N,) in which the body is too deep in hard things, whether it uses them (T,) or not.
+
+    near: flags (T,) of frames in which the body may be close to things that it does not use.
+    """
+    frames = np.arange(0, len(locked), FINE)
+    frames = frames[near[frames]]
+    grazed = scene.depth_beside(locked.root, locked.rotations, using, frames, build.body.joints)
+    # Seated people hardly move.
+    rare = np.where(using[frames] >= 0, 4, 1)
+    often, seldom = (frames % (step * rare) == 0 for step in (2 * FINE, 4 * FINE))
     used = [k for k in np.unique(using) if scene.hard(int(k)) is not None]
     on = np.flatnonzero(np.isin(using, used))[::ON_HARD]
-    # Who sits hardly moves.
-    rare = np.where(using[::FINE] >= 0, 4, 1)
-    near = FINE * rows[(grazed > -NEAR) & (rows % (2 * rare) == 0) | (grazed > TOUCHED) & (rows % rare == 0)]
-    frames = np.union1d(near, on)
-    if not len(frames):
-        return bad
-    # The body of the first frame is taken to be outside.
-    skin = depth.skin_depth(scene.hard_things, locked.pose_slice(np.append(0, frames)), build.body)[1:]
-    bad = np.union1d(bad, frames[skin > IN_THINGS])
+    chosen = np.union1d(frames[(grazed > -NEAR) & often], on)
+    # The body that stands outside of everything tells what is inside.
+    root, turned = scene.outside
+    poses = Motion(
+        np.concatenate([root, locked.root[chosen]]), np.concatenate([turned, locked.rotations[chosen]]),
+        rest_joints=build.body.joints,
+    )  # fmt: skip
+    skin = depth.skin_depth(scene.hard_things, poses, build.body)[1:]
+    bad = np.union1d(frames[grazed > DEEP], chosen[skin > IN_THINGS])
     # Thin things are seen from inside the body only.
-    close = (
-        FINE * rows[(grazed > -CLOSE) & (rows % (4 * rare) == 0) | (grazed > TOUCHED) & (rows % rare == 0)]
-    )
-    close = np.setdiff1d(close, bad)
+    close = np.setdiff1d(frames[(grazed > -CLOSE) & seldom | (grazed > TOUCHED) & often], bad)
     if not len(close):
         return bad
     inside = depth.near_surface_depth(scene.hard_things, locked.pose_slice(close), build.body)
-    return np.concatenate([bad, close[inside > IN_THINGS]])
+    return np.union1d(bad, close[inside > IN_THINGS])
 
 
 def _fitting_body(scene: Scene, whole: Piece, rng: np.random.Generator) -> tuple[bodies.Build, Piece] | None:
