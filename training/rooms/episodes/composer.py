@@ -25,6 +25,7 @@ LONGEST = 40.0
 PACES = (0.65, 1.25)  # m/s
 HOLDS = (2.5, 7.5)  # seconds of one stretch of sitting or lying
 STANDS = (1.5, 7.0)
+USING = 0.56  # probability that the next thing is a use of furniture
 STAYING = 0.06  # probability of keeping a use from which nothing captured rises
 MOST_DEEP = 2  # episodes rejected for the depth in a piece, after which nobody sits on it any more
 SHORTEST_WALK = 11  # frames
@@ -84,7 +85,7 @@ class EpisodeComposer:
             self._appear()
         while self._frames() < target:
             chance = rng.random()
-            if self.enter and chance < 0.62:
+            if self.enter and chance < USING:
                 placed = _drawn(self.bank, scene, self.enter, rng)
                 stays = yield from self._use(placed)
                 if stays:

@@ -16,8 +16,13 @@ from ...fitting.shapes import probes
 SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
 EVERY, LOOKS = 4, 5  # frames between two in which the skin is looked at; frames in which the surfaces are
 MOST_IN_USE = 0.017  # metres of either depth in furniture that is in use
-ARM, ALONG = 0.045, 1.4  # metres from a forearm beyond which nothing is near it, and its length with the hand
-ARM_LOOKS, ARM_APART = 4, 2
+# Joints at both ends of limbs, their length with the hand in shares of it, metres beyond which nothing is near.
+LIMBS = tuple(
+    (f"{side}_{upper}", f"{side}_{lower}", along, reach)
+    for upper, lower, along, reach in (("elbow", "wrist", 1.4, 0.045), ("knee", "ankle", 1.0, 0.055))
+    for side in ("left", "right")
+)
+LIMB_LOOKS, LIMB_APART = 4, 2
 TOGETHER = 8  # frames whose surroundings are looked up together
 CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
 # Bones with two points each, and the radius of the flesh around them in metres.
@@ -64,35 +69,36 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
 
 def deepest_in_use(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
     """The larger of both depths of a body that uses a piece, metres: the skin's in every EVERY-th frame of the motion,
-    the surfaces' in LOOKS frames, in that of the deepest skin and in those in which a forearm is close to one."""
+    the surfaces' in LOOKS frames, that of the deepest skin and those in which a forearm or shank is close to one."""
     some = np.arange(0, len(motion), EVERY)
     few = motion.pose_slice(some)
     skin = skin_depth(obstacles, few, body)
     if skin.max() > MOST_IN_USE:
         return float(skin.max())
     looks = np.linspace(0, len(motion) - 1, LOOKS + 2).astype(int)[1:-1]
-    looks = np.unique([*looks, some[skin.argmax()], *some[_nearest_arms(obstacles, few)]])
+    looks = np.unique([*looks, some[skin.argmax()], *some[_nearest_limbs(obstacles, few)]])
     return max(float(skin.max()), float(near_surface_depth(obstacles, motion.pose_slice(looks), body).max()))
 
 
-def _nearest_arms(obstacles: Obstacles, motion: Motion) -> list[int]:
-    """Up to ARM_LOOKS frames for each forearm in which it is closest to a surface, more than ARM_APART apart."""
+def _nearest_limbs(obstacles: Obstacles, motion: Motion) -> list[int]:
+    """Up to LIMB_LOOKS frames for each forearm and shank in which it is closest to a surface, more than LIMB_APART
+    apart."""
     joints, _ = motion.forward_kinematics()
     found: list[int] = []
-    for side in ("left", "right"):
-        elbow, wrist = (joints[:, skeleton.INDEX[f"{side}_{name}"], None] for name in ("elbow", "wrist"))
-        points = elbow + np.linspace(0, ALONG, 6)[:, None] * (wrist - elbow)
-        samples = obstacles.samples(points.min((0, 1)) - ARM, points.max((0, 1)) + ARM)
+    for upper, lower, along, reach in LIMBS:
+        start, end = (joints[:, skeleton.INDEX[name], None] for name in (upper, lower))
+        points = start + np.linspace(0, along, 6)[:, None] * (end - start)
+        samples = obstacles.samples(points.min((0, 1)) - reach, points.max((0, 1)) + reach)
         if not len(samples):
             continue
-        gap = _tree(samples).query(points.reshape(-1, 3), distance_upper_bound=ARM)[0]
+        gap = _tree(samples).query(points.reshape(-1, 3), distance_upper_bound=reach)[0]
         gap = gap.reshape(len(motion), -1).min(1)
-        for _ in range(ARM_LOOKS):
+        for _ in range(LIMB_LOOKS):
             frame = int(gap.argmin())
             if not np.isfinite(gap[frame]):
                 break
             found.append(frame)
-            gap[max(frame - ARM_APART, 0) : frame + ARM_APART + 1] = np.inf
+            gap[max(frame - LIMB_APART, 0) : frame + LIMB_APART + 1] = np.inf
     return found
 
 

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d, minimum_filter1d
 from ....samp_addon import rotation
 from ....samp_addon.motion import Motion
 from ....samp_addon.refine.feet.foot_lock import CAPTURED, lock_feet
-from . import bodies, depth, matching
+from . import bodies, captured, depth, matching
 from .bank import LABELS, Bank
 from .blending import Piece, joined
 from .captured import deviation
@@ -24,7 +24,7 @@ AT_ONCE = 24  # episodes that are made together
 SHORTEST = int(SECONDS[0] * FPS)
 MOST_TRIES = 9  # times as many episodes as wanted are tried at most
 MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
-BUILDS = (1.0, 0.5, 0.1)  # shares of the shape values of the bodies that are tried for an episode
+SLIGHT = 0.1  # share of the shape values of the last body that is tried for an episode
 ROUGH = 0.008  # metres more than DEEP that are allowed before feet are locked
 APPROACH = 0.03  # metres between things and the default human beyond which another body is in none
 IN_THINGS = 0.0175  # metres of skin in hard things
@@ -131,7 +131,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
     whole = whole.part(*clean)
     rough = maximum_filter1d(np.maximum(rough, -1), 3)
     near = np.interp(np.arange(*clean), some, rough) > -APPROACH
-    dressed = _fitting_body(scene, whole, rng)
+    dressed = _fitting_body(bank, scene, whole, rng)
     if dressed is None:
         return "in its seat"
     build, carried = dressed
@@ -189,17 +189,25 @@ def _in_things(
     return np.union1d(bad, close[inside > IN_THINGS])
 
 
-def _fitting_body(scene: Scene, whole: Piece, rng: np.random.Generator) -> tuple[bodies.Build, Piece] | None:
+def _fitting_body(
+    bank: Bank, scene: Scene, whole: Piece, rng: np.random.Generator
+) -> tuple[bodies.Build, Piece] | None:
     """Return a random build that is not too deep in the hard furniture it uses, and the motion on it; or None.
 
-    The last one that is tried is nearly the default human, which the uses were fitted to.
+    Of two that are drawn, the one whose legs are more often as captured is tried first; the last one is nearly the
+    default human, which the uses were fitted to.
     """
-    for share in BUILDS:
-        build = bodies.draw(rng, share)
-        carried = bodies.carried(whole, build)
-        deepest, item = _depth_in_seats(scene, carried, build)
+    drawn = [bodies.draw(rng) for _ in range(2)]
+    tried = [(build, bodies.carried(whole, build)) for build in drawn]
+    alike = [(deviation(bank, c.rotations, c.source) <= captured.ALIKE).mean() for _, c in tried]
+    first, item = int(np.argmax(alike)), -1
+    for number in (first, 1 - first, -1):
+        if number < 0:
+            build = bodies.draw(rng, SLIGHT)
+            tried.append((build, bodies.carried(whole, build)))
+        deepest, item = _depth_in_seats(scene, tried[number][1], tried[number][0])
         if deepest <= depth.MOST_IN_USE:
-            return build, carried
+            return tried[number]
     scene.too_deep[item] += 1
     return None
 
