@@ -12,6 +12,7 @@ import numpy as np
 from ..body import human
 from ..body.hands import complete
 from ..motion import Motion
+from ..scene.distance.point_cells import PointCells
 from ..scene.geometry import extent
 from ..skeleton import forward_kinematics
 from .obstacles import ROUNDING, Obstacles
@@ -26,6 +27,9 @@ LARGEST_BOX = 6.0
 
 STRIDE = 3
 """Frames between two in which the surface is looked for in the body; in between, the deeper neighbour counts."""
+
+CELL = 0.08
+"""Metres along the edge of the cells into which samples are sorted."""
 
 SAME_POSE = 0.004
 """Metres. A pose whose joints all moved less since the last measured frame has the same depth."""
@@ -102,19 +106,22 @@ def _depth_of_samples(
     motion: Motion, joints: np.ndarray, samples: np.ndarray, surface: SkinSurface, body: human.Human
 ) -> np.ndarray:
     """Return the largest depth (T,) of samples (N, 3) in the body; joints: (T, J, 3)."""
-    depth, last, same = np.zeros(len(motion)), -2 * STRIDE, 0  # last frame looked at, last one measured
+    depth = np.zeros(len(motion))
     measured = np.unique([*range(0, len(motion), STRIDE), len(motion) - 1])
-    close = {k: surface.near(joints[k], samples) for k in measured}
+    like, same = {}, None  # for each frame, the one whose depth it has: long holds are measured once
+    for k in measured.tolist():
+        if same is None or np.abs(joints[k] - joints[same]).max() >= SAME_POSE:
+            same = k
+        like[k] = same
+    cells = PointCells(samples, CELL)
+    close = {k: surface.near(joints[k], samples, cells) for k in dict.fromkeys(like.values())}
     frames = np.array([k for k, near in close.items() if len(near)], int)
     if not len(frames):
         return depth
     skin = human.skin(body, motion.pose_slice(frames), surface.vertices)
-    for vertices, k in zip(skin, frames, strict=True):
-        if k <= last + STRIDE and np.abs(joints[k] - joints[same]).max() < SAME_POSE:
-            depth[k], last = depth[last], k
-            continue
+    for vertices, k in zip(skin, frames.tolist(), strict=True):
         depth[k] = surface.deepest(vertices, samples[close[k]], joints[k])
-        last = same = k
+    depth[list(like)] = depth[list(like.values())]
     frames = np.arange(len(motion))
     before = np.searchsorted(measured, frames, side="right") - 1
     after = np.minimum(before + 1, len(measured) - 1)

@@ -85,7 +85,8 @@ class Obstacles:
         found = box.samples[box.cells.within(low, high)]
         if floor is not None:
             low = np.maximum(low, [-np.inf, np.nextafter(floor + CONTACT_DISTANCE, np.inf), -np.inf])
-        return found[((found >= low) & (found <= high)).all(1)]
+        inside = [(column >= a) & (column <= b) for column, a, b in zip(found.T, low, high, strict=True)]
+        return found[inside[0] & inside[1] & inside[2]]
 
 
 class _Sampled:

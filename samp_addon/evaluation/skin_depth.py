@@ -69,25 +69,27 @@ class SkinSurface:
 
         cells: of the points, which save looking at all of them.
         """
-        low = joints[:BODY_COUNT].min(0) - self.reach
-        high = joints[:BODY_COUNT].max(0) + self.reach
         if cells is None:
+            low = joints[:BODY_COUNT].min(0) - self.reach
+            high = joints[:BODY_COUNT].max(0) + self.reach
             boxed = np.flatnonzero(((points >= low) & (points <= high)).all(1))
         else:
-            boxed = cells.within(low, high)
-        if not len(boxed):
-            return boxed
-        # One array per coordinate: numpy is several times slower along a short last axis.
-        found = np.ascontiguousarray(points[boxed].T, dtype=np.float32)
-        hit = np.zeros(len(boxed), bool)
-        ends = joints[self._segments].astype(np.float32)
-        for (start, end), radius in zip(ends, self._radii, strict=True):
-            away = found - start[:, None]
-            along = end - start
-            share = np.clip((along / max(along @ along, 1e-12)) @ away, 0, 1)
-            away -= along[:, None] * share
-            hit |= np.einsum("kn,kn->n", away, away) < radius**2
-        return boxed[hit]
+            boxed = cells.members(self._near_bones(joints, cells.centres, cells.radius))
+        return boxed[self._near_bones(joints, points[boxed])]
+
+    def _near_bones(self, joints: np.ndarray, points: np.ndarray, margin: float = 0.0) -> np.ndarray:
+        """Flag the points (N, 3) as near to a bone as skin can be, or by a margin farther, metres."""
+        # Coordinate by coordinate, without BLAS: its threads wait for each other on a busy machine.
+        xyz = np.ascontiguousarray(points.T, dtype=np.float32)[:, None]
+        start, end = (np.ascontiguousarray(joints[self._segments[:, k]].T, dtype=np.float32) for k in (0, 1))
+        along = (end - start)[..., None]
+        offset = xyz - start[..., None]
+        share = along[0] * offset[0] + along[1] * offset[1] + along[2] * offset[2]
+        share /= np.maximum(along[0] ** 2 + along[1] ** 2 + along[2] ** 2, 1e-12)
+        np.clip(share, 0, 1, out=share)
+        offset -= along * share
+        away = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
+        return (away < np.square(self._radii + margin, dtype=np.float32)[:, None]).any(0)
 
     def inside(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> Inside:
         """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``. joints: (J, 3)."""
@@ -115,20 +117,22 @@ class SkinSurface:
         (M,); and the metres between any point and its nearest vertex."""
         if len(points):
             low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
-            kept = np.flatnonzero(((skin >= low) & (skin <= high)).all(1))
+            inside = [(column >= a) & (column <= b) for column, a, b in zip(skin.T, low, high, strict=True)]
+            kept = np.flatnonzero(inside[0] & inside[1] & inside[2])
         if not len(points) or len(kept) < NEIGHBOURS:
             return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.inf
         tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)
-        gap, near = tree.query(points, k=NEIGHBOURS)
-        near = kept[near]
-        nearest, back = np.unique(near[:, 0], return_inverse=True)
+        gap, first = tree.query(points)
+        first = kept[first]
+        nearest, back = np.unique(first, return_inverse=True)
         normal = area_vectors(skin[self._triangles[self._around[nearest]]].reshape(-1, 3, 3))
         normal = normal.reshape(len(nearest), -1, 3).sum(1)
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-        height = ((points - skin[near[:, 0]]) * normal[back]).sum(-1)
+        height = ((points - skin[first]) * normal[back]).sum(-1)
         # Far from a vertex and high over its plane is outside; near it the triangles around decide.
-        rows = np.flatnonzero((height < UNSURE) & (gap[:, 0] < THICKEST))
-        return rows, near[rows], gap[rows, 0], float(gap[:, 0].min())
+        rows = np.flatnonzero((height < UNSURE) & (gap < THICKEST))
+        near = kept[tree.query(points[rows], k=NEIGHBOURS)[1]]
+        return rows, near, gap[rows], float(gap.min())
 
     def _exact(
         self,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -31,8 +32,14 @@ ASIDE = 0.015
 REACH = 0.03
 """Metres within which any skin is supported."""
 
+NEAR = 0.036
+"""Metres from a vertex of the skin, of which the nearest is up to 2 cm aside, to what is within REACH of the skin."""
+
 RUNNING = 1.8
 """Metres per second of the pelvis over the floor from which a body may be in the air."""
+
+STRIDE = 0.5
+"""Seconds that no running stride is in the air."""
 
 FALL_IN = 0.2
 """Seconds after sitting down and before standing up in which a seated pelvis may still move."""
@@ -123,7 +130,7 @@ def measures(
     velocity = np.gradient(motion.root, 1 / motion.fps, axis=0)
     return {
         "air_squat_s": longest(seen.bent & ~seen.carried) / motion.fps,
-        "unsupported_s": longest(~seen.supported & ~_runs(motion, velocity)) / motion.fps,
+        "unsupported_s": _flight(seen, _runs(motion, velocity), motion.fps),
         "seated_speed_m_s": _seated_speed(seen, velocity, motion.fps),
         "hanging_feet_cm": _hanging(seen, goal, floor, motion.fps),
     }
@@ -133,6 +140,12 @@ def longest(flags: np.ndarray) -> int:
     """Return the length of the longest run of set flags (T,)."""
     edges = np.flatnonzero(np.diff(np.r_[0, flags.astype(np.int8), 0]))
     return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def _flight(seen: Support, running: np.ndarray, fps: float) -> float:
+    """Return the longest run without support, seconds, without the flights of running (T,) bodies, which are short."""
+    longest_of_all = longest(~seen.supported) / fps
+    return longest_of_all if longest_of_all > STRIDE else longest(~seen.supported & ~running) / fps
 
 
 def _runs(motion: Motion, velocity: np.ndarray) -> np.ndarray:
@@ -181,9 +194,11 @@ def _each(
     for first in range(0, len(points), CHUNK):
         part = points[first : first + CHUNK]
         samples = obstacles.samples(part.min((0, 1)) - 2 * UNDER, part.max((0, 1)) + 2 * UNDER, floor)
+        columns = samples.T.copy()  # numpy reduces a short last axis slowly
         for k, own in enumerate(part):
             low, high = own.min(0) - UNDER - 0.02, own.max(0) + UNDER
-            close = samples[((samples >= low) & (samples <= high)).all(1)]
+            inside = [(c >= a) & (c <= b) for c, a, b in zip(columns, low, high, strict=True)]
+            close = samples[inside[0] & inside[1] & inside[2]]
             result[first + k] = len(close) > 0 and test(own, close)
     return result
 
@@ -191,14 +206,15 @@ def _each(
 def _is_above(points: np.ndarray, samples: np.ndarray) -> bool:
     """Whether a sample (M, 3) is up to 6 cm under one of some points (N, 3), 1.5 cm to the side at most."""
     near = cKDTree(samples[:, [0, 2]]).query_ball_point(points[:, [0, 2]], ASIDE)
-    return any(
-        (np.abs(point[1] - UNDER / 2 - samples[rows, 1]) <= UNDER / 2).any()
-        for point, rows in zip(points, near, strict=True)
-        if rows
+    count = np.fromiter(map(len, near), int, len(near))
+    if not count.any():
+        return False
+    below = (
+        np.repeat(points[:, 1], count) - samples[np.fromiter(chain.from_iterable(near), int, count.sum()), 1]
     )
+    return bool(((below >= 0) & (below <= UNDER)).any())
 
 
 def _is_near(points: np.ndarray, samples: np.ndarray) -> bool:
     """Whether a sample (M, 3) is within 3 cm of the skin at points (N, 3)."""
-    # The vertices of the skin are 3 cm apart.
-    return bool(np.isfinite(cKDTree(points).query(samples, distance_upper_bound=2 * REACH)[0]).any())
+    return bool(np.isfinite(cKDTree(points).query(samples, distance_upper_bound=NEAR)[0]).any())

@@ -12,6 +12,7 @@ from ..methods.method import Draw, Method
 from ..methods.scene_view import SceneView
 from ..methods.step import Step
 from ..methods.take import Failure, Take
+from ..motion import Motion
 from ..progress import Progress
 from ..vocabulary import SEATED
 
@@ -24,6 +25,9 @@ MOST_STOOP = 0.09
 
 NEXT_ATTEMPT = 1_000_003
 """Added to the seed for the noise of another attempt: far from the seeds that an artist counts through."""
+
+LOOKED_AT = 3
+"""Frames from one to the next that is judged; the report measures all."""
 
 Rank = tuple[bool, int, float]
 """As of rank_of."""
@@ -64,8 +68,15 @@ def generate(
 def rank_of(take: Take, obstacles: Obstacles) -> Rank:
     """Return how good a take is, the best one first: whether it missed its goal, the number of guarded measures that
     it breaks, and how far it ends from its goal, centimetres."""
-    numbers = support.measures(take.motion, take.goal, obstacles, take.floor)
+    numbers = support.measures(_thinned(take.motion), take.goal, obstacles, take.floor)
     return not arrived(take), len(guards.broken(numbers)), error(take)
+
+
+def _thinned(motion: Motion) -> Motion:
+    """Return every LOOKED_AT-th frame of a motion."""
+    rows = slice(None, None, LOOKED_AT)
+    actions = None if motion.actions is None else motion.actions[rows]
+    return replace(motion.pose_slice(rows), fps=motion.fps / LOOKED_AT, actions=actions)
 
 
 def error(take: Take) -> float:

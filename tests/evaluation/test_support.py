@@ -65,14 +65,20 @@ def test_what_nobody_can_do_breaks_a_measure(motion, scene, broken):
     assert len(guards.warnings(numbers)) == len(broken)
 
 
-def test_a_runner_may_fly():
+@pytest.mark.parametrize(
+    ("speed", "aloft", "flies"),
+    [(0.0, 12, True), (3.0, 12, False), (3.0, 20, True)],
+    ids=["standing", "a stride", "longer than any stride"],
+)
+def test_a_runner_may_fly_for_a_stride(speed, aloft, flies):
     rotations = np.zeros((40, 22, 4))
     rotations[..., 0] = 1
-    root = np.tile([0.0, 0.2 - BODY.floor, 0.0], (40, 1))
+    root = np.tile([0.0, -BODY.floor, 0.0], (40, 1))
+    root[10 : 10 + aloft, 1] += 0.2
+    root[:, 2] = speed * np.arange(40) / 30
     away = Obstacles(rooms.box(np.array([20.0, 0, 20]), np.array([21.0, 1, 21])))
-    assert support.measures(Motion(root, rotations), None, away, 0.0)["unsupported_s"] > 1
-    root[:, 2] = 3.0 * np.arange(40) / 30
-    assert support.measures(Motion(root, rotations), None, away, 0.0)["unsupported_s"] == 0
+    found = support.measures(Motion(root, rotations), None, away, 0.0)["unsupported_s"]
+    assert found == pytest.approx(aloft / 30 if flies else 0.0)
 
 
 @pytest.mark.parametrize(("flags", "run"), [([], 0), ([0, 0], 0), ([1, 1, 0, 1], 2), ([0, 1, 0, 1, 1, 1], 3)])

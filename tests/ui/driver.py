@@ -24,6 +24,12 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 DISPLAY, WIDTH, HEIGHT = ":97", 1600, 1000
 PORT = 47817
+SCROLL = 4
+"""Turns of the mouse wheel that move the sidebar by about half of its height."""
+
+WHEEL_UP, WHEEL_DOWN = 4, 5
+"""Buttons of the mouse."""
+
 STEP = 9  # pixels between positions in the search for a button
 TOOLS = ("Xvfb", "xdotool", "import")
 
@@ -94,7 +100,22 @@ class Window:
         time.sleep(0.4)
 
     def find(self, text: str) -> tuple[int, int]:
-        """Return the position of the button whose Python command or property path contains this text."""
+        """Return the position of the button whose Python command or property path contains this text.
+
+        The sidebar is searched as it is, then scrolled to its end, then to its beginning.
+        """
+        for turns, wheel in ((0, 0), (SCROLL, WHEEL_DOWN), (2 * SCROLL, WHEEL_UP)):
+            left, top, _, height = self.ask("ui.sidebar_box()")
+            for _ in range(turns):
+                self.click(left + 40, top + height // 2, wheel)
+            place = self.visible(text)
+            if place is not None:
+                return place
+        self.shot("not_found")
+        raise Failure(f"no button '{text}' in the sidebar")
+
+    def visible(self, text: str) -> tuple[int, int] | None:
+        """Return the position of a button, or None where it is not seen."""
         left, top, width, height = self.ask("ui.sidebar_box()")
         known = self.found.get(text)
         if known is not None and any(text in self.under(*known) for _ in range(3)):
@@ -105,8 +126,7 @@ class Window:
                 if text in self.under(*place):
                     self.found[text] = place
                     return place
-        self.shot("not_found")
-        raise Failure(f"no button '{text}' in the sidebar")
+        return None
 
     def under(self, x: int, y: int) -> str:
         """Return the command or property path of the button at a position."""

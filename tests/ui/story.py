@@ -187,11 +187,8 @@ class _Session:
         x, y = self.window.find(below)
         for height in HEADERS:
             self.window.click(x, y - height)
-            try:
-                self.window.find(inside)
+            if self.window.visible(inside) is not None:
                 return
-            except Failure:
-                continue
         raise Failure(f"no panel with '{inside}' expands above '{below}'")
 
     def places(self) -> None:

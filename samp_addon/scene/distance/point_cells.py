@@ -19,6 +19,20 @@ class PointCells:
         keys = self._keys(*(cells - self._low).T)
         self._order = np.argsort(keys, kind="stable")
         self._keys_in_order = keys[self._order]
+        self._first = np.flatnonzero(np.r_[True, np.diff(self._keys_in_order) > 0][: len(keys)])
+        self._count = np.diff(np.append(self._first, len(keys)))
+        occupied = cells[self._order[self._first]] if len(keys) else np.zeros((0, 3))
+        self.centres = (occupied + 0.5) * edge
+        """(C, 3) of the cells that hold points."""
+        self.radius = edge * float(np.sqrt(3)) / 2
+        """Metres from the centre of a cell within which its points are."""
+
+    def members(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the indices of the points in the cells (C,) that are flagged."""
+        rows = np.flatnonzero(chosen)
+        count = self._count[rows]
+        start = np.repeat(self._first[rows] - np.cumsum(count) + count, count)
+        return self._order[start + np.arange(count.sum())]
 
     def within(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return the indices of at least all points in the box from low to high (3,): those of the cells it touches."""

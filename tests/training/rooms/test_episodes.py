@@ -5,7 +5,7 @@ import pytest
 from room_clips import small_bank
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.training.rooms.episodes import bank as banks
-from samp_blender.training.rooms.episodes import blending, bodies, matching, route
+from samp_blender.training.rooms.episodes import blending, bodies, captured, generation, matching, route
 from samp_blender.training.rooms.episodes.search import Search
 
 SIT = banks.LABELS.index("sit")
@@ -34,7 +34,7 @@ def test_a_route_keeps_its_ends_and_rounds_its_corners():
 
 
 @pytest.mark.parametrize(
-    "corners", [[[0, 0], [0, 3]], [[0, 0], [0, 2], [2, 2.5]], [[1, 1], [1, 2.5], [-0.5, 3.0]]]
+    "corners", [[[0, 0], [0, 3]], [[0, 0], [0, 2], [2, 2.5]], [[1, 1], [1, 2.5], [0.0, 4.0]]]
 )
 def test_walks_follow_their_route_and_arrive(frames, corners):
     corners = np.array(corners, float)
@@ -85,3 +85,22 @@ def test_other_bodies_keep_their_feet_on_the_floor_and_their_seat(frames, name, 
     rise = bodies.carried(seated, build).root[:, 1] - seated.root[:, 1]
     np.testing.assert_allclose(rise, build.seat, atol=1e-6)
     assert abs(build.seat) < 0.08
+
+
+@pytest.mark.parametrize("bad, span", [
+    ([], (0, 1000)), ([0], (4, 1000)), ([500], (0, 497)), ([450], (454, 1000)), ([200, 210, 990], (214, 987)),
+    ([440, 880], None),
+])  # fmt: skip
+def test_the_longest_span_away_from_bad_frames_is_kept(bad, span):
+    found = generation._longest_clean(np.array(bad, int), 1000)
+    assert found == span
+
+
+def test_deviation_is_that_of_the_most_different_joint(frames):
+    rotations = frames.rotations[40:44].astype(np.float64)
+    turn = rotation.from_axis_angle(np.radians([0.0, 0.0, 7.5]))
+    knee, wrist = skeleton.INDEX["left_knee"], skeleton.INDEX["left_wrist"]
+    rotations[1, knee] = rotation.multiply(turn, rotations[1, knee])
+    rotations[2, wrist] = rotation.multiply(turn, rotations[2, wrist])
+    found = captured.deviation(frames, rotations, np.array([40, 41, 42, -1]))
+    assert found[0] <= 1 and found[1] == 8 and found[2] <= 1 and found[3] == captured.UNKNOWN

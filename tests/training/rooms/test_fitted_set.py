@@ -8,12 +8,15 @@ from samp_blender.training.composition.sequence import Sequence, save
 from samp_blender.training.fitting.shapes.piece_file import write_pieces
 from samp_blender.training.fitting.shapes.pieces import FittingPiece
 from samp_blender.training.furniture import shapes
+from samp_blender.training.rooms.classes import Part
 from samp_blender.training.rooms.episodes import composer
 from samp_blender.training.rooms.episodes.bank import LABELS
+from samp_blender.training.rooms.layout.stock import Item
 from samp_blender.training.rooms.uses import fitted_set
 from samp_blender.training.rooms.uses import use as uses
 
 NAMES = np.array(LABELS)
+BOX = shapes.box((-0.2, 0.0, -0.2), (0.2, 0.45, 0.2), 4)
 
 
 def sitting(shift=0.0, lies=False):
@@ -34,11 +37,10 @@ def sitting(shift=0.0, lies=False):
 
 @pytest.fixture
 def file(tmp_path):
-    stool = shapes.box((-0.2, 0.0, -0.2), (0.2, 0.45, 0.2), 4)
     path = tmp_path / "fitted.npz"
     twice = [sitting(), sitting(), sitting(0.2)]  # the second differs from the first in its approach only
     save(path, twice, {"centres": np.zeros((1, 512, 3)), "occupancy": np.zeros((1, 512))}, mirrored=True)
-    write_pieces(path, [FittingPiece(0, "stool", "stool_0", stool)])
+    write_pieces(path, [FittingPiece(0, "pouf", "pouf_0", BOX)])
     return path
 
 
@@ -62,10 +64,18 @@ def test_each_sit_is_one_use(file):
 def test_items_of_the_file_have_its_uses_and_others_those_of_the_rest(file, bank_of):
     found = fitted_set.FittedSet([file], bank_of(sitting()))
     (item,) = found.used_items()
-    assert item.category == "stool" and len(found.of(item)) == 2
+    assert item.category == "pouf" and len(found.of(item)) == 2
     assert found.of(replace(item, name="other")) == []
     # Arms and head are those of the bank's only clip, so its frames are found again.
     assert (found.of(item)[0].source >= 0).mean() > 0.5
+
+
+@pytest.mark.parametrize("category, place, kept", [("stool", 0.0, 0), ("stool", 0.8, 1), ("pouf", 0.0, 1)])
+def test_uses_deep_in_hard_furniture_are_dropped(category, place, kept):
+    # The body stands upright with its legs in the box, or beside it.
+    use = uses.of_sequence(sitting(), 0)
+    use = replace(use, root=use.root * [1.0, 1.0, 0.0] + [place, 0.0, 0.0])
+    assert len(uses.sound([use], Item("box", category, [Part("chair", BOX)]))) == kept
 
 
 @pytest.fixture

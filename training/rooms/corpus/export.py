@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ....samp_addon.motion import Motion
-from ....samp_addon.refine.feet.foot_lock import lock_feet
+from ....samp_addon.refine.feet.foot_lock import CAPTURED, lock_feet
 from ....samp_addon.scene.voxels import InteractionGrid
 from ...composition.sequence import Sequence, save
 from ...composition.walks import by_way_point, way_points
@@ -103,7 +103,7 @@ def sequences(data: store.RoomData, episode: int, grids: Grids, rng: np.random.G
     items = np.array(data.array("motion", "objects")[first:last])
     motion = data.motion(episode)
     root, rotations = bodies.on_default(motion.root, motion.rotations, numbers, data.build(episode))
-    locked = lock_feet(Motion(root, rotations, contacts=motion.contacts))
+    locked = lock_feet(Motion(root, rotations, contacts=motion.contacts), settings=CAPTURED)
     return [
         _sequence(data.room, part, locked, NAMES[numbers], motion.contacts, grids, rng)
         for part in stretches(NAMES[numbers], items)

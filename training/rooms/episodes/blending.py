@@ -1,4 +1,4 @@
-"""Captured pieces joined to one motion: what differs at a join dies away (inertial blending); feet are pinned."""
+"""Captured pieces joined to one motion: what differs at a join dies away (inertial blending)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....samp_addon import rotation
-from ....samp_addon.motion import Motion
-from ....samp_addon.refine.feet.foot_lock import lock_feet
 from .bank import Bank
 
 DECAY = 0.36  # 1/frame of the critically damped blend: half of an offset has decayed after 5 frames
@@ -33,13 +31,9 @@ class Piece:
     def __len__(self) -> int:
         return len(self.labels)
 
-    def cut(self, start: int, stop: int) -> Piece:
-        """Frames start .. stop - 1, with the LEAD frames before them."""
-        part = slice(start, stop)
-        return Piece(
-            self.root[start : stop + LEAD], self.rotations[start : stop + LEAD], self.labels[part], self.feet[part],
-            self.source[part], self.hands[part], self.object[part],
-        )  # fmt: skip
+    def part(self, start: int, stop: int) -> Piece:
+        """Frames start .. stop - 1 of a motion without lead."""
+        return Piece(*(getattr(self, name)[start:stop] for name in self.__dataclass_fields__))
 
 
 def from_bank(bank: Bank, first: int, flat: np.ndarray) -> Piece:
@@ -103,13 +97,3 @@ def _damped(offset: np.ndarray, speed: np.ndarray, time: np.ndarray) -> np.ndarr
     """What is left (T, ...) of an offset and its speed per frame after some frames (T,)."""
     time = time.reshape(-1, *([1] * offset.ndim))
     return np.exp(-DECAY * time) * (offset + (speed + DECAY * offset) * time)
-
-
-def pinned(piece: Piece) -> Piece:
-    """The motion with its standing feet pinned to the floor; frames on furniture keep theirs."""
-    contacts = np.column_stack([np.zeros((len(piece), 3)), piece.feet])
-    locked = lock_feet(Motion(piece.root, piece.rotations, contacts=contacts))
-    return Piece(
-        locked.root, rotation.continuous(locked.rotations), piece.labels, piece.feet, piece.source, piece.hands,
-        piece.object,
-    )  # fmt: skip

@@ -117,7 +117,8 @@ def on_default(
     for side in ("left", "right"):
         ankle = skeleton.INDEX[f"{side}_ankle"]
         over = (default[ankle, 1] - human.load().floor) - (rest[ankle, 1] - build.body.floor)
-        target = share[:, None] * (joints[:, ankle] + [0.0, over, 0.0]) + (1 - share[:, None]) * own[:, ankle]
+        target = own[:, ankle].copy()
+        target[:, 1] += share * (joints[:, ankle, 1] + over - target[:, 1])
         turned = solve_limb(back, turned, default, f"{side}_leg", target)
     return back, rotation.continuous(np.where(share[:, None, None] > 1e-3, turned, rotations))
 
@@ -165,7 +166,9 @@ def carried(piece: Piece, build: Build) -> Piece:
     for side in ("left", "right"):
         ankle = skeleton.INDEX[f"{side}_ankle"]
         over = (rest[ankle, 1] - build.body.floor) - (default[ankle, 1] - human.load().floor)
-        target = share * (joints[:, ankle] + [0.0, over, 0.0]) + (1 - share) * own[:, ankle]
+        # Legs keep their angles but for what feet on the floor or on a rung need.
+        target = own[:, ankle].copy()
+        target[:, 1] += share[:, 0] * (joints[:, ankle, 1] + over - target[:, 1])
         rotations = solve_limb(root, rotations, rest, f"{side}_leg", target)
     rotations = np.where(share[..., None] > 1e-3, rotations, piece.rotations)
     return Piece(

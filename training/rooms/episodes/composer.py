@@ -13,8 +13,8 @@ import numpy as np
 from ....samp_addon.easing import smoothstep
 from ....samp_addon.frames import wrap_angle
 from ...mocap.clip_files import FPS
-from ..uses.use import Use
-from . import route
+from ..uses.use import ON_FURNITURE, Use
+from . import captured, route
 from .bank import LABELS, POSE, Bank, flat_root, pose_of, turned_flat
 from .blending import LEAD, Piece, from_bank
 from .matching import Walk
@@ -23,8 +23,9 @@ from .scene import PlacedUse, Scene
 SECONDS = (15.0, 38.0)
 LONGEST = 40.0
 PACES = (0.65, 1.25)  # m/s
-HOLDS = (2.5, 9.0)  # seconds of one stretch of sitting or lying
+HOLDS = (2.5, 7.5)  # seconds of one stretch of sitting or lying
 STANDS = (1.5, 7.0)
+USING = 0.56  # probability that the next thing is a use of furniture
 STAYING = 0.06  # probability of keeping a use from which nothing captured rises
 MOST_DEEP = 2  # episodes rejected for the depth in a piece, after which nobody sits on it any more
 SHORTEST_WALK = 11  # frames
@@ -38,7 +39,7 @@ LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; weighted metres for a second of a ho
 FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
 IDLE = LABELS.index("idle")
-ON_FURNITURE = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
+PIECE_WEIGHT, USE_WEIGHT = 0.35, 0.08  # of a piece, and a use on it, no frame of which is as captured
 
 
 class EpisodeFailed(Exception):  # noqa: N818
@@ -79,13 +80,13 @@ class EpisodeComposer:
         scene = self.scene
         seated = [s for s in scene.placed_uses if s.use.up_end >= 0 and scene.too_deep[s.item] < MOST_DEEP]
         if seated and rng.random() < 0.25:
-            self._rise(_drawn(seated, rng), start=True)
+            self._rise(_drawn(self.bank, scene, seated, rng), start=True)
         else:
             self._appear()
         while self._frames() < target:
             chance = rng.random()
-            if self.enter and chance < 0.62:
-                placed = _drawn(self.enter, rng)
+            if self.enter and chance < USING:
+                placed = _drawn(self.bank, scene, self.enter, rng)
                 stays = yield from self._use(placed)
                 if stays:
                     break
@@ -261,12 +262,20 @@ def there_and_back(use: Use, end: int, hold: int) -> np.ndarray:
     return np.tile(np.concatenate([back, back[::-1][1:], [end]]), turns)
 
 
-def _drawn(placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:
-    """Draw a use; every piece of furniture has the same probability."""
-    items = sorted({placed.item for placed in placed_uses})
-    item = items[rng.integers(len(items))]
+def _drawn(bank: Bank, scene: Scene, placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:
+    """Draw a piece of furniture and a use of it, the more often the more of it is as captured."""
+    shares: dict[int, list[float]] = {}
+    for placed in placed_uses:
+        shares.setdefault(placed.item, []).append(captured.share(bank, scene, placed))
+    pieces = sorted(shares)
+    item = pieces[_weighted([PIECE_WEIGHT + max(shares[number]) for number in pieces], rng)]
     mine = [placed for placed in placed_uses if placed.item == item]
-    return mine[rng.integers(len(mine))]
+    return mine[_weighted([USE_WEIGHT + share for share in shares[item]], rng)]
+
+
+def _weighted(weights: list[float], rng: np.random.Generator) -> int:
+    """Draw an index with a probability proportional to its weight."""
+    return int(rng.choice(len(weights), p=np.array(weights) / np.sum(weights)))
 
 
 def _led_to(flat: np.ndarray, goal: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ PLAY = 12  # frames that are played before the next search
 GAIN, BRAKE = 1.6, 1.0  # m/s^2, of setting off and of coming to a stand
 SPIN = 2.6  # rad/s, largest turning rate of the desired trajectory
 TURN_LIMIT, SHIFT_LIMIT = 0.14, 0.03  # radians, metres by which one piece is bent and moved towards the route
+ENDING = 1.2  # metres before the end in which another clip is chosen sooner
 NEAR_END = 0.35  # metres before the end in which the body turns to its last facing
 ARRIVED, STILL, FACED = 0.12, 0.25, np.radians(22)  # metres, m/s, radians
 PATIENCE = 2.5  # seconds beyond those that the route takes at its pace
@@ -114,8 +115,9 @@ def walk(
         places, facing = walkers.wanted()
         query = np.concatenate([walkers.pose, bank.trajectory(places, facing)], -1).astype(np.float32)[active]
         found = search.frames(
-            query, preferences[active], walkers.frame[active], walkers.flat[active], clearance, PLAY
-        )
+            query, preferences[active], walkers.frame[active], walkers.flat[active], clearance, PLAY,
+            (walkers.length - walkers.along < ENDING)[active],
+        )  # fmt: skip
         moved = _played(bank, walkers, found, active)
         for k, w in enumerate(np.flatnonzero(active)):
             runs, first = pieces[w], int(found[k]) + 1

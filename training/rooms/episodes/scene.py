@@ -21,24 +21,14 @@ from ..layout.stock import Item
 from ..uses.tables import Tops, with_hands_on
 from ..uses.use import Use, Uses
 from .bank import flat_root
-from .depth import SOFT
+from .depth import SOFT, bone_points
 
 RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
 SPACING = 0.03  # metres between the samples of surfaces
-FAR = 0.115  # metres beyond which nothing is in the flesh: the largest of RADII and a little
+FAR = 0.13  # metres beyond which nothing is near the flesh: the largest of RADII and a little
 STEP, FINE = 4, 2  # frames between two that are looked at, of uses and of finished episodes
-# Bones with two points each, and the radius of the flesh around them in metres.
-BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
-         (17, 19), (18, 20), (19, 21)]  # fmt: skip
-RADII = np.array(
-    [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
-)
 KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
         "left_wrist", "right_wrist")]  # fmt: skip
-SHARES = (0.15, 0.5, 0.85)
-BEYOND = {(18, 20): (1.2, 1.45), (19, 21): (1.2, 1.45), (7, 10): (-0.3, 1.35), (8, 11): (-0.3, 1.35)}
-"""Shares beyond the points at which there are hands, toes and heels."""
-ENDS = 0.022  # metres, the radius of the flesh there
 DEEP = 0.02  # metres
 CLOSE = 8  # frames before sitting down that belong to a use
 ON_TABLES = 0.75  # share of the places before a table at which hands lie on it
@@ -97,8 +87,9 @@ class Scene:
         floor = ground.places.height < 0.1
         np.maximum.at(self._raster, (ground.places.x[floor], ground.places.z[floor]), ground.clearance[floor])
         self.gaps: dict[tuple[int, int], np.ndarray] = {}
+        self.captured: dict[int, float] = {}
         self.too_deep: Counter[int] = Counter()
-        self._hard: dict[int, Obstacles] = {}
+        self._items = items
         self._trees: dict[int, cKDTree] = {}
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
 
@@ -188,12 +179,14 @@ class Scene:
         return part if all(self.reachable(part.flat[k, :2]) for k in ends) else None
 
     def hard(self, number: int) -> Obstacles | None:
-        """A piece of furniture as an obstacle, None for soft ones; cached."""
-        if self.room.categories[number] in SOFT:
-            return None
-        if number not in self._hard:
-            self._hard[number] = Obstacles(self.room.triangles[self.room.objects == number])
-        return self._hard[number]
+        """A piece of furniture as an obstacle in its own frame, None for soft ones and for no piece."""
+        item = self._items.get(self.room.names[number]) if number >= 0 else None
+        return item.obstacles if item is not None and self.room.categories[number] not in SOFT else None
+
+    def to_piece(self, number: int, root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Root (T, 3) and rotations (T, 22, 4) in the frame of a piece."""
+        x, _, z, yaw = self.room.places[number]
+        return turned(root - np.array([x, 0.0, z]), rotations, -yaw, np.zeros(3))
 
     def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""
@@ -213,25 +206,47 @@ class Scene:
         seats = np.isin(room.objects, room.seats) | np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
         return Obstacles(room.triangles[~seats])
 
-    def depth_beside(
-        self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray, rest: np.ndarray
-    ) -> np.ndarray:
-        """As depth, but of every FINE-th frame, and in frames in which a piece is in use (T,) without that one.
+    @cached_property
+    def hard_things(self) -> Obstacles:
+        """Walls and all hard things."""
+        room = self.room
+        soft = [k for k, category in enumerate(room.categories) if category in SOFT]
+        shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
+        return Obstacles(room.triangles[~np.isin(room.objects, soft) & ~shell])
 
-        rest: (J, 3) joints of the body.
+    def depth_beside(
+        self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray, frames: np.ndarray,
+        rest: np.ndarray | None = None, solids: bool = True,
+    ) -> np.ndarray:  # fmt: skip
+        """As depth, but of some frames (K,), and in frames in which a piece is in use (T,) without that one; negative
+        where nothing is in the flesh.
+
+        rest: (J, 3) joints of the body, None for the default human's. solids: whether bones in the middle of solid
+        things are looked for, too.
         """
-        out = np.zeros(len(range(0, len(root), FINE)))
-        at = using[::FINE]
+        out = np.zeros(len(frames))
+        at = using[frames]
         for number in np.unique(at):
             rows = np.flatnonzero(at == number)
-            frames = rows * FINE
-            points, radii = bone_points(root[frames], rotations[frames], rest)
+            points, radii = bone_points(root[frames[rows]], rotations[frames[rows]], rest)
             tree = self.surface[0] if number < 0 else self._without(int(number))
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
-            # The surfaces of a thing are far from a bone in the middle of it.
-            inside = self.solids.depth(points)[0]
-            out[rows] = np.maximum(np.maximum(radii - gap, 0), np.where(inside > 0, inside + radii, 0)).max(1)
+            depth = radii - gap
+            if solids:
+                # The surfaces of a thing are far from a bone in the middle of it.
+                outside = bone_points(self.outside[0], self.outside[1], rest)[0]
+                inside = self.solids.depth(np.concatenate([outside, points]))[0][1:]
+                depth = np.maximum(depth, np.where(inside > 0, inside + radii, 0))
+            out[rows] = depth.max(1)
         return out
+
+    @cached_property
+    def outside(self) -> tuple[np.ndarray, np.ndarray]:
+        """Root (1, 3) and rotations (1, 22, 4) of a body that stands where there is most room: it is in nothing."""
+        place = self.free[int(self.clearance.argmax())]
+        rotations = np.zeros((1, skeleton.BODY_COUNT, 4))
+        rotations[..., 0] = 1
+        return np.array([[place[0], 0.95, place[2]]]), rotations
 
     def route(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
         """Corners (N, 2) of the route between two places (2,), or None."""
@@ -257,19 +272,3 @@ class Scene:
 def _tree(points: np.ndarray) -> cKDTree:
     """A tree that is fast to build."""
     return cKDTree(points, balanced_tree=False, compact_nodes=False)
-
-
-def bone_points(
-    root: np.ndarray, rotations: np.ndarray, rest: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points on the bones (T, P, 3) and the radius of the flesh around each (P,). rest: of the joints."""
-    rest = skeleton.default_rest_joints() if rest is None else rest
-    joints, _ = skeleton.forward_kinematics(root, rotations, rest)
-    points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]
-    ends = [
-        joints[:, a] + share * (joints[:, b] - joints[:, a])
-        for (a, b), more in BEYOND.items()
-        for share in more
-    ]
-    radii = np.concatenate([np.repeat(RADII, len(SHARES)), np.full(len(ends), ENDS)])
-    return np.stack([*points, *ends], 1), radii

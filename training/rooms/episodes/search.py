@@ -11,7 +11,7 @@ from .bank import POSE, Bank
 
 STRIPES = 16  # candidates of each walker: the best frame of each part of the bank
 PREFERENCES, PREFERENCE = 4, 0.12  # dimensions and scale of the walkers' preferences for clips
-LOYAL = 0.5  # factor on the cost of continuing the present clip
+LOYAL, ENDING = 0.12, 1.0  # factors on the cost of continuing the present clip, on the way and at its end
 LOOK = (6, 12, 20)  # frames at which a candidate's place is looked at
 ROOM, CROWDED = 0.25, 0.07  # metres of clearance that are wanted, and whose lack counts as one unit of cost
 Clearance = Callable[[np.ndarray], np.ndarray]
@@ -40,12 +40,13 @@ class Search:
 
     def frames(
         self, query: np.ndarray, preferences: np.ndarray, now: np.ndarray, flat: np.ndarray,
-        clearance: Clearance | None, play: int,
+        clearance: Clearance | None, play: int, ending: np.ndarray,
     ) -> np.ndarray:  # fmt: skip
         """Return the bank frames (W,) to continue from.
 
         query: (W, 27) features. now: (W,) bank frames of the present, -1 for none. flat: (W, 3) x, z, yaw. clearance:
-        metres to obstacles of places (N, 2). play: frames until the next search.
+        metres to obstacles of places (N, 2). play: frames until the next search. ending: flags (W,) of walkers close to
+        the end of their route.
         """
         bank, count = self.bank, len(query)
         one = np.ones((count, 1), np.float32)
@@ -57,7 +58,7 @@ class Search:
         on = (now >= 0) & (bank.ahead[now] > max(play, LOOK[-1]))
         row = np.clip(np.searchsorted(bank.rows, now), 0, len(bank.rows) - 1)
         on &= np.abs(bank.rows[row] - now) <= 2
-        going = LOYAL * ((bank.features[row, POSE:] - query[:, POSE:]) ** 2).sum(1)
+        going = np.where(ending, ENDING, LOYAL) * ((bank.features[row, POSE:] - query[:, POSE:]) ** 2).sum(1)
         frames = np.concatenate([frames, np.where(on, now, frames[:, 0])[:, None]], 1)
         value = np.concatenate([value, np.where(on, going, np.inf)[:, None]], 1)
         if clearance is not None:

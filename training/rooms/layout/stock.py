@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....samp_addon.evaluation.obstacles import Obstacles
 from ... import furniture
 from ...furniture.library import DEFAULT_FOLDER
 from ..classes import OF_CATEGORY, Part
@@ -38,6 +39,11 @@ class Item:
     def triangles(self) -> np.ndarray:
         """All triangles (F, 3, 3)."""
         return np.concatenate([part.triangles for part in self.parts])
+
+    @cached_property
+    def obstacles(self) -> Obstacles:
+        """What a body can be in, for measuring its depth."""
+        return Obstacles(self.triangles)
 
     @property
     def size(self) -> np.ndarray:

@@ -16,7 +16,7 @@ from ...fitting.sits import FittedComposer, trimmed
 from ...mocap.events import SitEvent
 from ..layout.stock import Item
 from .composed import Composed
-from .use import Use, cached, of_sequence, place_of, with_rises
+from .use import Use, cached, of_sequence, place_of, sound, with_rises
 
 SITS, TRIES = 10, 40  # kept and tried for a piece
 LIES, LIE_TRIES = 6, 16
@@ -32,12 +32,16 @@ class Fitted:
         self.events = [trimmed(event) for event in composed.events]
         self.reclines, self.walks = composed.reclines, walks
         self.first = dict(zip(names, (int(f) for f in firsts), strict=True))
+        self._sound: dict[str, list[Use]] = {}
         self.cache = Path(cache)
         self.cache.mkdir(parents=True, exist_ok=True)
 
     def of(self, item: Item) -> list[Use]:
         """See uses.Uses."""
-        return with_rises(cached(self.cache / f"{item.name}.pkl", lambda: self._made(item)))
+        if item.name not in self._sound:
+            made = cached(self.cache / f"{item.name}.pkl", lambda: self._made(item))
+            self._sound[item.name] = with_rises(sound(made, item))
+        return self._sound[item.name]
 
     def _made(self, item: Item) -> list[Use]:
         seed = int.from_bytes(hashlib.sha256(item.name.encode()).digest()[:4], "little")

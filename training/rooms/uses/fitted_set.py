@@ -14,13 +14,16 @@ from ...fitting.shapes.piece_file import read_pieces
 from ..classes import OF_CATEGORY, Part
 from ..episodes.bank import Bank
 from ..layout.stock import Item
-from .use import Use, Uses, of_sequence, place_of, with_rises
+from .use import Use, Uses, of_sequence, place_of, sound, with_rises
 
 SAME_SIT = 0.003  # metres between the goals of one sit with different approaches
-# Fitting leaves these joints as captured, unless a hand is laid on an armrest.
-MATCHED = [skeleton.INDEX[name] for name in (
-    "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "head")]  # fmt: skip
-ALIKE = 0.12  # distance of the quaternions of MATCHED, below which a bank frame is the source
+# Fitting leaves the head and the arms as captured, unless a hand is laid on an armrest: both arms, left, right.
+MATCHED = tuple(
+    [skeleton.INDEX[f"{side}_{name}"] for side in sides for name in ("shoulder", "elbow", "wrist")]
+    + [skeleton.INDEX["head"]]
+    for sides in (("left", "right"), ("left",), ("right",))
+)
+ALIKE = (0.12, 0.09, 0.09)  # distances of the quaternions of MATCHED, below which a bank frame is the source
 GAP = 120  # frames without a match that are filled from both sides
 RISEN = 0.975  # share of the standing height at which standing up ends
 FAST = 2.2  # captured frames per frame, at most
@@ -38,7 +41,7 @@ class FittedSet:
         sources = _Sources(bank)
         for path in paths:
             self._read(path, sources)
-        self._uses = {name: with_rises(uses) for name, uses in self._uses.items()}
+        self._uses = {name: with_rises(sound(uses, self.items[name])) for name, uses in self._uses.items()}
 
     def _read(self, path: Path, sources: _Sources) -> None:
         pieces = read_pieces(path)
@@ -130,22 +133,29 @@ def labelled(actions: np.ndarray, rests: np.ndarray, height: np.ndarray) -> np.n
 
 @dataclass
 class _Sources:
-    """Finds the bank frames of motion whose arms and head are as captured."""
+    """Finds the bank frames of motion whose head and at least one arm are as captured."""
 
     bank: Bank
 
     def __post_init__(self) -> None:
-        self.tree = cKDTree(_vectors(self.bank.rotations), balanced_tree=False, compact_nodes=False)
+        self.trees = [
+            cKDTree(_vectors(self.bank.rotations, joints), balanced_tree=False, compact_nodes=False)
+            for joints in MATCHED
+        ]
 
     def of(self, rotations: np.ndarray) -> np.ndarray:
         """Bank frames (T,) of rotations (T, 22, 4), -1 where there is none."""
-        _, found = self.tree.query(_vectors(rotations), distance_upper_bound=ALIKE)
-        found = np.where(found < self.tree.n, found, -1)
-        return _steady(found, self.bank.clip)
+        best = np.full(len(rotations), -1)
+        for joints, alike, tree in zip(MATCHED, ALIKE, self.trees, strict=True):
+            _, found = tree.query(_vectors(rotations, joints), distance_upper_bound=alike)
+            steady = _steady(np.where(found < tree.n, found, -1), self.bank.clip)
+            if (steady >= 0).sum() > (best >= 0).sum():
+                best = steady
+        return best
 
 
-def _vectors(rotations: np.ndarray) -> np.ndarray:
-    part = rotations[:, MATCHED].astype(np.float32)
+def _vectors(rotations: np.ndarray, joints: list[int]) -> np.ndarray:
+    part = rotations[:, joints].astype(np.float32)
     part = part / np.linalg.norm(part, axis=-1, keepdims=True)
     return np.where(part[..., :1] < 0, -part, part).reshape(len(part), -1)
 

@@ -15,14 +15,20 @@ from typing import Protocol
 import numpy as np
 
 from ....samp_addon import rotation
+from ....samp_addon.body import human
+from ....samp_addon.evaluation.obstacles import Obstacles
+from ....samp_addon.motion import Motion
 from ...composition.sequence import Sequence
 from ...mocap.clip_files import Clip
 from ...mocap.events import turned
+from ..episodes import depth
 from ..episodes.bank import LABELS
 from ..layout.stock import Item
 
 BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
 SAME_PLACE = 0.12  # metres between pelvises that rest in the same place
+SOUND = 0.0165  # metres of depth in a piece: other bodies are in it deeper
+ON_FURNITURE = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
 REST = 150  # frames of the hold with which a reversed rise begins
 
 
@@ -95,6 +101,20 @@ def reversed_rise(use: Use) -> Use | None:
         hands=back(use.hands), source=back(use.source), down=-1, seated=0, seat_end=count - 1 - (use.seated - first),
         up_end=count - 1 - (use.down - first),
     )  # fmt: skip
+
+
+def sound(uses: list[Use], item: Item) -> list[Use]:
+    """Return the uses of an item in which the default human is not too deep in it, where it is hard."""
+    if item.category in depth.SOFT:
+        return uses
+    body, obstacles = human.load(), Obstacles(item.triangles)
+    kept = []
+    for use in uses:
+        on = np.flatnonzero(np.isin(use.labels, ON_FURNITURE))
+        motion = Motion(use.root[on], use.rotations[on])
+        if depth.deepest_in_use(obstacles, motion, body) <= SOUND:
+            kept.append(use)
+    return kept
 
 
 def place_of(uses: list[Use], made: Use) -> int:
