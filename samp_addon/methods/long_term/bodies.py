@@ -6,7 +6,7 @@ Network frame, metres.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,8 +34,6 @@ LIFTS = np.arange(-0.08, 0.081, 0.01)
 TOUCHING = 0.005
 OFF_PHASE = 0.04
 """Metres of depth that weigh as much as a radian beside the wanted phase."""
-
-
 PLAIN, WILD = 0.6, 1.0
 """Standard deviation of the noise at the least and at the largest style."""
 
@@ -52,10 +50,14 @@ class SubGoalBodies:
     networks: Networks
     surfaces: Surfaces
     betas: np.ndarray
+    _known: dict[tuple[float, ...], Place] = field(default_factory=dict, repr=False, compare=False)
 
     def place(self, point: np.ndarray, yaw: float, name: str) -> Place:
-        """Return what carries the body at a point; see places.find."""
-        return places.find(self.surfaces, point, yaw, name)
+        """Return what carries the body at a point; see places.find. Found once: another body is drawn there soon."""
+        key = (*map(float, point), float(yaw))
+        if key not in self._known:
+            self._known[key] = places.find(self.surfaces, point, yaw, name)
+        return self._known[key]
 
     def facing(self, point: np.ndarray, wanted: float, name: str) -> float:
         """Return the facing at a point in radians; see places.facing."""
