@@ -35,8 +35,8 @@ REACH = 0.03
 NEAR = 0.036
 """Metres from a vertex of the skin, of which the nearest is up to 2 cm aside, to what is within REACH of the skin."""
 
-RUNNING = 1.8
-"""Metres per second of the pelvis over the floor from which a body may be in the air."""
+RUNNING, JOGGING = 1.8, 1.3
+"""Metres per second of the pelvis over the floor from which a body may be in the air; where it is labelled as running."""
 
 STRIDE = 0.5
 """Seconds that no running stride is in the air."""
@@ -150,10 +150,11 @@ def _flight(seen: Support, running: np.ndarray, fps: float) -> float:
 
 def _runs(motion: Motion, velocity: np.ndarray) -> np.ndarray:
     """Flag the frames (T,) in which the body runs. velocity: (T, 3) of the pelvis."""
-    fast = np.hypot(velocity[:, 0], velocity[:, 2]) > RUNNING
-    if motion.actions is not None:
-        fast = fast | (motion.actions[:, ACTIONS.index("run")] > 0.5)
-    return fast
+    speed = np.hypot(velocity[:, 0], velocity[:, 2])
+    if motion.actions is None:
+        return speed > RUNNING
+    # The label alone also stands over turns on the spot.
+    return (speed > RUNNING) | ((motion.actions[:, ACTIONS.index("run")] > 0.5) & (speed > JOGGING))
 
 
 def _seated_speed(seen: Support, velocity: np.ndarray, fps: float) -> float | None:
