@@ -36,7 +36,8 @@ NEAR = 0.036
 """Metres from a vertex of the skin, of which the nearest is up to 2 cm aside, to what is within REACH of the skin."""
 
 RUNNING, JOGGING = 1.8, 1.3
-"""Metres per second of the pelvis over the floor from which a body may be in the air; where it is labelled as running."""
+"""Metres per second of the pelvis over the floor from which a body may be in the air, and where it is labelled as
+running."""
 
 STRIDE = 0.5
 """Seconds that no running stride is in the air."""
