@@ -93,7 +93,7 @@ def main() -> int:
             found = broken(take, triangles)
             count += 1
             marked += bool(limits)
-            faults.update(found)
+            faults.update(found.keys())
             missed = bool(found) and not limits
             unmarked += missed
             if found or limits:
