@@ -4,7 +4,7 @@ python -m samp_blender.benchmarks.captured_guards --mocap FOLDER
 
 FOLDER holds the sets of training clips. Nothing of the furniture was captured: under each sit stands a block of 44 cm
 whose top is where the lowest skin of the buttocks is during the hold. The exit status is 1 where more than one in
-twenty sits breaks a limit.
+fifteen sits breaks a limit.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SHORTEST = 8
 LOOKED_AT = 24
 """Frames of the hold in which the lowest skin is looked for."""
 
-ALLOWED = 0.05
+ALLOWED = 1 / 15
 
 
 def block(event: SitEvent, height: float) -> np.ndarray:

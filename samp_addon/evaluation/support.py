@@ -26,8 +26,11 @@ BENT = np.radians(50.0)
 UNDER = 0.06
 """Metres under hips and thighs within which something carries them."""
 
-ASIDE = 0.015
-"""Metres to the side of skin within which a sample is under it: the distance between samples."""
+ASIDE = 0.008
+"""Metres to the side of skin within which a sample is under it: half of the distance between samples."""
+
+TOUCHED = 0.15
+"""Seconds: a seat that is touched no longer does not carry a body that squats before and after."""
 
 REACH = 0.03
 """Metres within which any skin is supported."""
@@ -130,7 +133,7 @@ def measures(
     seen = observe(motion, obstacles, floor, body, found)
     velocity = np.gradient(motion.root, 1 / motion.fps, axis=0)
     return {
-        "air_squat_s": longest(seen.bent & ~seen.carried) / motion.fps,
+        "air_squat_s": longest(_squats(seen, motion.fps)) / motion.fps,
         "unsupported_s": _flight(seen, _runs(motion, velocity), motion.fps),
         "seated_speed_m_s": _seated_speed(seen, velocity, motion.fps),
         "hanging_feet_cm": _hanging(seen, goal, floor, motion.fps),
@@ -141,6 +144,16 @@ def longest(flags: np.ndarray) -> int:
     """Return the length of the longest run of set flags (T,)."""
     edges = np.flatnonzero(np.diff(np.r_[0, flags.astype(np.int8), 0]))
     return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def _squats(seen: Support, fps: float) -> np.ndarray:
+    """Flag the frames (T,) of squats in the air, those in which the seat is only touched in passing among them."""
+    squats = seen.bent & ~seen.carried
+    frames = np.flatnonzero(squats)
+    for first, last in zip(frames[:-1], frames[1:], strict=True):
+        if 1 < last - first <= TOUCHED * fps and seen.bent[first:last].all():
+            squats[first:last] = True
+    return squats
 
 
 def _flight(seen: Support, running: np.ndarray, fps: float) -> float:
