@@ -15,6 +15,7 @@ from ..scene.distance.point_cells import PointCells
 from ..scene.distance.signed_distance import LARGE
 from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
 from ..scene.distance.surface_samples import samples_in_box, without_twins
+from ..scene.geometry import in_box
 from ..scene.navmesh.lattice import clip_to_box
 
 CONTACT_DISTANCE = 0.01
@@ -85,8 +86,7 @@ class Obstacles:
         found = box.samples[box.cells.within(low, high)]
         if floor is not None:
             low = np.maximum(low, [-np.inf, np.nextafter(floor + CONTACT_DISTANCE, np.inf), -np.inf])
-        inside = [(column >= a) & (column <= b) for column, a, b in zip(found.T, low, high, strict=True)]
-        return found[inside[0] & inside[1] & inside[2]]
+        return found[in_box(found, low, high)]
 
 
 class _Sampled:

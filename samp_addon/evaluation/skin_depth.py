@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..body.human import Human
 from ..scene.distance.point_cells import PointCells
-from ..scene.geometry import area_vectors, closest_points
+from ..scene.geometry import area_vectors, closest_points, in_box
 from ..skeleton import BODY_COUNT, INDEX, PARENTS
 
 NEIGHBOURS = 4
@@ -117,8 +117,7 @@ class SkinSurface:
         (M,); and the metres between any point and its nearest vertex."""
         if len(points):
             low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
-            inside = [(column >= a) & (column <= b) for column, a, b in zip(skin.T, low, high, strict=True)]
-            kept = np.flatnonzero(inside[0] & inside[1] & inside[2])
+            kept = np.flatnonzero(in_box(skin, low, high))
         if not len(points) or len(kept) < NEIGHBOURS:
             return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.inf
         tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)

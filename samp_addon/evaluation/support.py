@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from ..body import human
 from ..body.human import Human
 from ..motion import Goal, Motion
+from ..scene.geometry import in_box
 from ..skeleton import INDEX
 from ..vocabulary import ACTIONS
 from .feet import sole_patches
@@ -209,11 +210,9 @@ def _each(
     for first in range(0, len(points), CHUNK):
         part = points[first : first + CHUNK]
         samples = obstacles.samples(part.min((0, 1)) - 2 * UNDER, part.max((0, 1)) + 2 * UNDER, floor)
-        columns = samples.T.copy()  # numpy reduces a short last axis slowly
         for k, own in enumerate(part):
             low, high = own.min(0) - UNDER - 0.02, own.max(0) + UNDER
-            inside = [(c >= a) & (c <= b) for c, a, b in zip(columns, low, high, strict=True)]
-            close = samples[inside[0] & inside[1] & inside[2]]
+            close = samples[in_box(samples, low, high)]
             result[first + k] = len(close) > 0 and test(own, close)
     return result
 

@@ -129,6 +129,12 @@ def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return columns.min(axis=1), columns.max(axis=1)
 
 
+def in_box(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Flag the points (N, 3) in the box from low (3,) to high (3,); numpy reduces a short last axis slowly."""
+    x, y, z = ((column >= a) & (column <= b) for column, a, b in zip(points.T, low, high, strict=True))
+    return x & y & z
+
+
 def area_vectors(triangles: np.ndarray) -> np.ndarray:
     """Return normals (F, 3) whose lengths are the triangles' areas in square metres."""
     u = np.ascontiguousarray((triangles[:, 1] - triangles[:, 0]).T)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ...errors import PathError, SampError, UsageError
+from ...errors import SampError, UsageError
 from ..method import Draw, Option, checked_settings, require_place
 from .installed import installed
 
@@ -102,10 +102,7 @@ class LongTerm:
             networks = self._tools()
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
-            try:
-                mesh = scene.navmesh
-            except PathError as error:
-                raise refusals.nothing_walkable(scene, error) from error
+            mesh = refusals.walkable(scene)
         planner = Planner(step, scene, networks, mesh, checked_settings(self, step.settings))
         takes, failures = [], []
         for number, draw in enumerate(draws):
@@ -123,10 +120,7 @@ class LongTerm:
         from .surfaces import Surfaces
         from .synthesis import default_betas
 
-        try:
-            surfaces = Surfaces(scene.geometry.triangles, scene.navmesh)
-        except PathError as error:
-            raise refusals.nothing_walkable(scene, error) from error
+        surfaces = Surfaces(scene.geometry.triangles, refusals.walkable(scene))
         return SubGoalBodies(self._tools(), surfaces, default_betas())
 
     def _tools(self) -> Networks:

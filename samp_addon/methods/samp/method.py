@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ...errors import PathError, SampError, UsageError
+from ...errors import SampError, UsageError
 from ...vocabulary import ACTIONS, SEATED
 from ..method import Draw, Option, require_place
 
@@ -72,10 +72,7 @@ class Samp:
             networks = self._tools()
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
-            try:
-                mesh = scene.navmesh
-            except PathError as error:
-                raise refusals.nothing_walkable(scene, error) from error
+            mesh = refusals.walkable(scene)
             planner = Planner(step, scene, networks.sample_goals, mesh)
         requests, reasons = {}, {}
         for draw in draws:

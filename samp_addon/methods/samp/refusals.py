@@ -106,6 +106,14 @@ def no_way(step: Step, scene: SceneView, start: np.ndarray, goal: Goal, error: S
     )
 
 
+def walkable(scene: SceneView) -> navigation.NavMesh:
+    """Return the navmesh of a scene. Raise SampError that names the ceiling where it is too low to walk under."""
+    try:
+        return scene.navmesh
+    except PathError as error:
+        raise nothing_walkable(scene, error) from error
+
+
 def nothing_walkable(scene: SceneView, error: SampError) -> SampError:
     """Return the error for a scene in which nothing can be walked on, with the ceiling where it is too low."""
     try:

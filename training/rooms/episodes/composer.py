@@ -27,7 +27,9 @@ HOLDS = (2.5, 7.5)  # seconds of one stretch of sitting or lying
 STANDS = (1.5, 7.0)
 USING = 0.56  # probability that the next thing is a use of furniture
 STAYING = 0.06  # probability of keeping a use from which nothing captured rises
-MOST_DEEP = 2  # episodes rejected for the depth in a piece, after which nobody sits on it any more
+MOST_DEEP = (
+    2  # episodes rejected because a body was too deep in a piece; after these, the piece is no longer used
+)
 SHORTEST_WALK = 11  # frames
 MEET = 75  # last frames of a walk that are searched for the transition to a use
 MEET_PLACE, MEET_TURN = 0.16, 0.3  # metres and radians that weigh as much as one unit of pose distance
