@@ -21,6 +21,7 @@ from ...samp_addon import rotation
 from ...samp_addon.errors import SampError
 from ...samp_addon.methods.long_term import way
 from ...samp_addon.scene.navmesh import navmesh
+from .. import planes
 from ..rooms.corpus import store
 
 STEP = 1e-4  # metres of positions
@@ -120,8 +121,12 @@ def write(raw: dict[str, np.ndarray], path: Path) -> None:
     kept = {
         name: raw[name] for name in ("labels", "lengths", "rooms", "numbers", "windows", "classes", "normals")
     }
-    kept["joints"] = _bytes(np.round(signed * UNIT).astype(np.int16).reshape(len(quats), -1).view(np.uint16))
-    kept["way"] = _bytes(np.round(raw["root"].astype(np.float64) / STEP).astype(np.int32).view(np.uint32))
+    kept["joints"] = planes.encoded(
+        np.round(signed * UNIT).astype(np.int16).reshape(len(quats), -1).view(np.uint16)
+    )
+    kept["way"] = planes.encoded(
+        np.round(raw["root"].astype(np.float64) / STEP).astype(np.int32).view(np.uint32)
+    )
     kept["contacts"] = np.packbits(raw["contacts"].astype(bool), axis=1)
     kept["shapes"] = raw["shapes"].astype(np.float16)
     kept["points"] = np.round(raw["points"] / CLOUD_STEP).astype(np.int16)
@@ -144,35 +149,16 @@ def read(path: Path) -> dict[str, np.ndarray]:
     with np.load(io.BytesIO(lzma.decompress(Path(path).read_bytes()))) as data:
         raw = {name: data[name] for name in data.files}
     count = int(raw["lengths"].sum())
-    part = _values(raw.pop("joints"), count, np.int16).reshape(count, -1, 3).astype(np.float32) / UNIT
+    part = planes.decoded(raw.pop("joints"), count, np.int16).reshape(count, -1, 3).astype(np.float32) / UNIT
     w = np.sqrt(np.maximum(1 - np.square(part).sum(-1, keepdims=True), 0))
     raw["rotations"] = np.concatenate([w, part], -1)
-    raw["root"] = (_values(raw.pop("way"), count, np.int32) * STEP).astype(np.float32)
+    raw["root"] = (planes.decoded(raw.pop("way"), count, np.int32) * STEP).astype(np.float32)
     raw["contacts"] = np.unpackbits(raw["contacts"], axis=1)[:, :CONTACTS]
     raw["shapes"] = raw["shapes"].astype(np.float32)
     raw["points"] = raw["points"].astype(np.float32) * CLOUD_STEP
     raw["normals"] = raw["normals"].astype(np.float32) / store.NORMAL_UNIT
     raw["paths"] = raw["paths"].astype(np.float32) * CLOUD_STEP
     return raw
-
-
-def _bytes(values: np.ndarray) -> np.ndarray:
-    """Encode unsigned integers (N, C) as bytes: second differences in time by channel, low bytes first."""
-    for _ in range(2):
-        values = np.diff(values, axis=0, prepend=np.zeros_like(values[:1]))
-    planes = values.T.copy().view(np.uint8).reshape(values.shape[1], len(values), -1)
-    return np.moveaxis(planes, 2, 0).ravel()
-
-
-def _values(planes: np.ndarray, count: int, dtype: type) -> np.ndarray:
-    """Decode the output of ``_bytes`` into signed integers (count, C)."""
-    size = np.dtype(dtype).itemsize
-    unsigned = np.dtype(f"u{size}")
-    planes = np.moveaxis(planes.reshape(size, -1, count), 0, 2)
-    values = np.ascontiguousarray(planes).view(unsigned)[..., 0].T
-    for _ in range(2):
-        values = np.cumsum(values, axis=0, dtype=unsigned)
-    return values.view(dtype)
 
 
 def fitting_episodes(corpus: store.Corpus, split: str, mib: float) -> int:

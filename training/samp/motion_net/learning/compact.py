@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .... import planes
+
 STEP = 2e-5  # metres; resolution of the pelvis position
 UNIT = 32767
 CELLS = (8, 8, 8)
@@ -30,9 +32,11 @@ def write(raw: dict[str, np.ndarray], path: Path) -> None:
     quats = raw["rotations"]
     # Except for the pelvis, w is computed from x, y and z.
     signed = np.where(quats[..., :1] < 0, -quats, quats)[:, 1:, 1:]
-    kept["pelvis"] = _bytes(quats[:, 0].view(np.uint16))
-    kept["joints"] = _bytes(signed.reshape(len(quats), -1).view(np.uint16))
-    kept["way"] = _bytes(np.round(raw["root"].astype(np.float64) / STEP).astype(np.int32).view(np.uint32))
+    kept["pelvis"] = planes.encoded(quats[:, 0].view(np.uint16))
+    kept["joints"] = planes.encoded(signed.reshape(len(quats), -1).view(np.uint16))
+    kept["way"] = planes.encoded(
+        np.round(raw["root"].astype(np.float64) / STEP).astype(np.int32).view(np.uint32)
+    )
     held = io.BytesIO()
     np.savez(held, **kept)
     path.write_bytes(lzma.compress(held.getvalue(), preset=3))
@@ -43,12 +47,12 @@ def read(path: Path) -> dict[str, np.ndarray]:
     with np.load(io.BytesIO(lzma.decompress(path.read_bytes()))) as data:
         raw = {name: data[name] for name in data.files}
     count = int(raw["lengths"].sum())
-    joints = _values(raw.pop("joints"), count, np.int16).reshape(count, -1, 3)
-    pelvis = _values(raw.pop("pelvis"), count, np.int16)
+    joints = planes.decoded(raw.pop("joints"), count, np.int16).reshape(count, -1, 3)
+    pelvis = planes.decoded(raw.pop("pelvis"), count, np.int16)
     w = np.sqrt(np.maximum(UNIT**2 - joints.astype(np.float64).__pow__(2).sum(-1), 0))
     quats = np.concatenate([np.round(w)[..., None].astype(np.int16), joints], -1)
     raw["rotations"] = np.concatenate([pelvis[:, None], quats], 1)
-    raw["root"] = (_values(raw.pop("way"), count, np.int32) * STEP).astype(np.float32)
+    raw["root"] = (planes.decoded(raw.pop("way"), count, np.int32) * STEP).astype(np.float32)
     for name in ("actions", "contacts"):
         raw[name] = (raw[name] / 250).astype(np.float16)
     low, high = np.moveaxis(raw.pop("piece_corners"), 1, 0)
@@ -56,25 +60,6 @@ def read(path: Path) -> dict[str, np.ndarray]:
     raw["piece_centres"] = (low[:, None] + share * (high - low)[:, None]).astype(np.float32)
     raw["piece_occupancy"] = (raw["piece_occupancy"] / 255).astype(np.float32)
     return raw
-
-
-def _bytes(values: np.ndarray) -> np.ndarray:
-    """Encode unsigned integers (N, C) as bytes: second differences in time by channel, low bytes first."""
-    for _ in range(2):
-        values = np.diff(values, axis=0, prepend=np.zeros_like(values[:1]))
-    planes = values.T.copy().view(np.uint8).reshape(values.shape[1], len(values), -1)
-    return np.moveaxis(planes, 2, 0).ravel()
-
-
-def _values(planes: np.ndarray, count: int, dtype: type) -> np.ndarray:
-    """Decode the output of ``_bytes`` into signed integers (count, C)."""
-    size = np.dtype(dtype).itemsize
-    planes = np.moveaxis(planes.reshape(size, -1, count), 0, 2)
-    unsigned = np.dtype(f"u{size}")
-    values = np.ascontiguousarray(planes).view(unsigned)[..., 0].T
-    for _ in range(2):
-        values = np.cumsum(values, axis=0, dtype=unsigned)
-    return values.view(dtype)
 
 
 def main() -> None:
