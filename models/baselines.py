@@ -13,17 +13,17 @@ from .motion_net import HIDDEN, LATENT, OBJECT, OBJECT_CODE, MotionNet, three_la
 class PlainDecoder(nn.Module):
     """Decoder of figure S.4: the interaction encoder and four fully connected layers."""
 
-    def __init__(self, hidden: int = HIDDEN) -> None:
+    def __init__(self, hidden: int = HIDDEN, postures: int = 0) -> None:
         super().__init__()
         self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
-        sizes = (state.SIZE + OBJECT_CODE, hidden, hidden, hidden, state.SIZE)
+        sizes = (state.SIZE + OBJECT_CODE + postures, hidden, hidden, hidden, state.SIZE)
         self.layers = nn.ModuleList([nn.Linear(a, b) for a, b in zip(sizes[:-1], sizes[1:], strict=True)])
 
     def forward(
         self, z: torch.Tensor, x: torch.Tensor, features: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
         """Predict the next state; see models.motion_net.Decoder.forward. z and mix_weights are ignored."""
-        h = torch.cat([x, self.interaction_encoder(features)], -1)
+        h = torch.cat([x, self.interaction_encoder(features[:, :OBJECT]), features[:, OBJECT:]], -1)
         for layer in self.layers[:-1]:
             h = functional.elu(layer(h))
         return self.layers[-1](h)
@@ -49,9 +49,9 @@ class _Deterministic(MotionNet):
 class Mlp(_Deterministic):
     """The MLP of the paper's tables."""
 
-    def __init__(self, hidden: int = HIDDEN) -> None:
-        super().__init__(hidden)
-        self.decoder = PlainDecoder(hidden)
+    def __init__(self, hidden: int = HIDDEN, postures: int = 0) -> None:
+        super().__init__(hidden, postures)
+        self.decoder = PlainDecoder(hidden, postures)
 
 
 class MixtureOfExperts(_Deterministic):
@@ -64,3 +64,8 @@ NETWORKS: dict[str, type[MotionNet]] = {"motion_net": MotionNet, "mlp": Mlp, "mo
 def hidden_width(tensors: dict[str, torch.Tensor]) -> int:
     """Return the width of the prediction network from its weights."""
     return tensors["decoder.layers.0.bias"].shape[-1]
+
+
+def posture_count(tensors: dict[str, torch.Tensor]) -> int:
+    """Return how many numbers say the posture of the rest, from the weights."""
+    return tensors["object_mean"].shape[0] - OBJECT

@@ -14,6 +14,8 @@ LATENT = 64
 EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
+POSTURES = 9  # numbers behind the features of the object: the posture of the rest that the take leads to
+POSTURE_ROWS = 32  # combinations of postures that are stored with their shares in the training data
 # Width of the prediction network. The paper uses 512; with this amount of data, half of it is as accurate in half the
 # time.
 HIDDEN = 256
@@ -73,15 +75,18 @@ class ExpertLayer(nn.Module):
 
 
 class Decoder(nn.Module):
-    """Gating network and prediction network: the next state from z, the object's code and the previous state."""
+    """Gating network and prediction network: the next state from z, the object's code and the previous state.
 
-    def __init__(self, size: int = state.SIZE, hidden: int = HIDDEN) -> None:
+    postures: how many of the features are the posture of the rest, which goes past the interaction encoder.
+    """
+
+    def __init__(self, size: int = state.SIZE, hidden: int = HIDDEN, postures: int = 0) -> None:
         super().__init__()
         self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
         self.gate = three_layers((LATENT + size, 512, 256, EXPERTS))
         self.layers = nn.ModuleList(
             [
-                ExpertLayer(LATENT + size + OBJECT_CODE, hidden),
+                ExpertLayer(LATENT + size + OBJECT_CODE + postures, hidden),
                 ExpertLayer(LATENT + hidden, hidden),
                 ExpertLayer(LATENT + hidden, size),
             ]
@@ -90,12 +95,12 @@ class Decoder(nn.Module):
     def forward(
         self, z: torch.Tensor, x: torch.Tensor, features: torch.Tensor, mix_weights: bool = False
     ) -> torch.Tensor:
-        """Return (B, 647) for z (B, 64), x (B, 647) and features (B, 2048); inputs and output are normalised.
+        """Return (B, 647) for z (B, 64), x (B, 647) and features (B, 2048 + postures); all are normalised.
 
         mix_weights: mix the experts' weights instead of their outputs; slow.
         """
         gate = torch.softmax(self.gate(torch.cat([z, x], -1)), -1)
-        h = torch.cat([x, self.interaction_encoder(features)], -1)
+        h = torch.cat([x, self.interaction_encoder(features[:, :OBJECT]), features[:, OBJECT:]], -1)
         for k, layer in enumerate(self.layers):
             step = layer.forward_mixed_weights if mix_weights else layer.forward
             h = step(torch.cat([z, h], -1), gate)
@@ -108,20 +113,28 @@ class MotionNet(nn.Module):
 
     The decoder predicts the difference of the next state from a share of the extrapolated one: in a thirtieth of a
     second, most of the next state follows from the present one.
+
+    postures: 0 or POSTURES, how many numbers behind the features of the object say how the body rests. With them,
+    posture_rows (32, 9) and posture_shares (32,) are the combinations in the training data, each of zeros and ones, and
+    how common they are among sits and among lies.
     """
 
-    def __init__(self, hidden: int = HIDDEN) -> None:
+    def __init__(self, hidden: int = HIDDEN, postures: int = 0) -> None:
         super().__init__()
         self.state_encoder = three_layers((2 * state.SIZE, 512, 256, 256))
         self.interaction_encoder = three_layers((OBJECT, 256, 256, OBJECT_CODE))
-        self.mean = nn.Linear(256 + OBJECT_CODE, LATENT)
-        self.log_variance = nn.Linear(256 + OBJECT_CODE, LATENT)
-        self.decoder = Decoder(hidden=hidden)
+        self.mean = nn.Linear(256 + OBJECT_CODE + postures, LATENT)
+        self.log_variance = nn.Linear(256 + OBJECT_CODE + postures, LATENT)
+        self.decoder = Decoder(hidden=hidden, postures=postures)
+        self.postures = postures
         # Count of the leading components of z that are drawn once for a whole take; the others are drawn every frame.
         self.register_buffer("held", torch.zeros((), dtype=torch.int64))
-        for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT)):
+        for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT + postures)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
+        if postures:
+            self.register_buffer("posture_rows", torch.zeros(POSTURE_ROWS, postures))
+            self.register_buffer("posture_shares", torch.zeros(POSTURE_ROWS))
 
     def drop_encoder(self) -> None:
         """Remove the encoder, which only training needs and which is not shipped; `encode` fails afterwards."""
@@ -129,7 +142,7 @@ class MotionNet(nn.Module):
             delattr(self, part)
 
     def normalised_object(self, features: torch.Tensor) -> torch.Tensor:
-        """Normalise the object's features (B, 2048)."""
+        """Normalise the object's features (B, 2048 + postures); postures stay as they are."""
         return (features - self.object_mean) / self.object_std
 
     def encode(
@@ -137,10 +150,10 @@ class MotionNet(nn.Module):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Return mean and log-variance (B, 64) of Q(Z | X_i, X_i-1, I).
 
-        x: states (B, 647). y: changes (B, 647), see `change`. features: (B, 2048). All are normalised.
+        x: states (B, 647). y: changes (B, 647), see `change`. features: (B, 2048 + postures). All are normalised.
         """
-        code = self.interaction_encoder(features)
-        h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code], -1)
+        code = self.interaction_encoder(features[:, :OBJECT])
+        h = torch.cat([self.state_encoder(torch.cat([y, x], -1)), code, features[:, OBJECT:]], -1)
         return self.mean(h), self.log_variance(h).clamp(-8.0, 4.0)
 
     def step(
@@ -148,7 +161,8 @@ class MotionNet(nn.Module):
     ) -> torch.Tensor:
         """Predict the next states (B, 647), expressed in the root frame of x.
 
-        x: (B, 647) in the layout of state.py; features: (B, 2048) of the object; neither is normalised. z: (B, 64).
+        x: (B, 647) in the layout of state.py; features: (B, 2048 + postures) of the object and the posture;
+        neither is normalised. z: (B, 64).
         """
         y = self.decoder(
             z, (x - self.input_mean) / self.input_std, self.normalised_object(features), mix_weights

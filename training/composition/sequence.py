@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...samp_addon.vocabulary import POSTURE_NAMES
+
 ACTION_OF_LABEL = {
     "idle": 0, "shift": 0, "other": 0, "stand_up": 0, "get_up": 0, "walk": 1, "run": 2,
     "sit_down": 3, "sit": 3, "lie_down": 4, "lie": 4,
@@ -23,6 +25,7 @@ class Sequence:
     open_start, open_end: True where the motion was cut while moving, so that what lies beyond is unknown.
     kind: which share of the data it belongs to, for balanced sampling. weight: of its frames in
     sampling, relative to others of the kind. more: (piece, placement) of other furniture that the motion fits.
+    posture: (9,) share of the rest in each of vocabulary.POSTURE_NAMES; zeros where it is unknown.
     """
 
     kind: str
@@ -40,6 +43,7 @@ class Sequence:
     hands: np.ndarray | None = field(default=None)
     weight: float = 1.0
     more: list[tuple[int, tuple[float, float, float]]] = field(default_factory=list)
+    posture: np.ndarray = field(default_factory=lambda: np.zeros(len(POSTURE_NAMES)))
 
     def __len__(self) -> int:
         return len(self.root)
@@ -94,6 +98,7 @@ def save(
         more_pieces=more_pieces,
         more_placements=more_placements,
         mirrored=np.array(mirrored),
+        postures=np.array([s.posture for s in sequences], dtype=np.float32).reshape(-1, len(POSTURE_NAMES)),
         open_ends=np.array([(s.open_start, s.open_end) for s in sequences]),
         root=cat(lambda s: s.root, np.float32),
         rotations=np.round(cat(lambda s: s.rotations, np.float64) * 32767).astype(np.int16),

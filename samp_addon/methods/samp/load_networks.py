@@ -69,7 +69,7 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
         tensors = weights.load_weights("motion_net", folder)
         try:
             start_heights, start_rotations = tensors.pop("start_heights"), tensors.pop("start_rotations")
-            net = network(baselines.hidden_width(tensors))
+            net = network(baselines.hidden_width(tensors), baselines.posture_count(tensors))
         except KeyError as error:
             raise weights.missing_tensor(error.args[0], path) from error
         net.drop_encoder()

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....samp_addon.evaluation import rest_posture
 from ....samp_addon.motion import Motion
 from ....samp_addon.refine.feet.foot_lock import CAPTURED, lock_feet
 from ....samp_addon.scene.voxels import InteractionGrid
@@ -141,7 +142,8 @@ def _sequence(
     x, _, z, turned = room.places[part.item]
     return Sequence(
         kind, root, rotations, labels, goal=goal, goal_action=action, piece=grids.number(room, part.item),
-        placement=(float(x), float(z), float(turned)), **common,
+        placement=(float(x), float(z), float(turned)),
+        posture=rest_posture.shares(Motion(root, rotations), kind, still), **common,
     )  # fmt: skip
 
 

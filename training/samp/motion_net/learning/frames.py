@@ -11,6 +11,7 @@ import torch
 from .....models import state
 from .....samp_addon import skeleton
 from .....samp_addon.scene.voxels import RESOLUTION
+from .....samp_addon.vocabulary import POSTURE_NAMES, POSTURES
 from . import compact
 from .features import Encoder
 
@@ -28,8 +29,9 @@ class Frames:
 
     states, targets: (N, 647) half precision. roots: (N, 3). sequence: (N,). usable, seated_goal, lying_goal: (N,).
     goal: (N, 2) x and z of the goal in force. pieces (S, K), -1 for none, their placements (S, K, 3), and
-    choices (S,), the count of pieces. centres (P, 512, 3), occupancy (P, 512). starts: (M,) frames in which a rollout
-    may start; until: (M,) their cumulative probabilities.
+    choices (S,), the count of pieces. postures (S, 9) of the rests, in the order of POSTURE_NAMES.
+    centres (P, 512, 3), occupancy (P, 512). starts: (M,) frames in which a rollout may start; until: (M,) their
+    cumulative probabilities.
     """
 
     states: torch.Tensor
@@ -43,6 +45,7 @@ class Frames:
     pieces: torch.Tensor
     placements: torch.Tensor
     choices: torch.Tensor
+    postures: torch.Tensor
     centres: torch.Tensor
     occupancy: torch.Tensor
     starts: torch.Tensor
@@ -69,16 +72,42 @@ class Frames:
         return (roots[:, :2] - self.goal[frames]).norm(dim=-1) - BED_HALF * self.lying_goal[frames]
 
     def object_features(
-        self, frames: torch.Tensor, roots: torch.Tensor, choice: torch.Tensor
+        self, frames: torch.Tensor, roots: torch.Tensor, choice: torch.Tensor, shown: torch.Tensor
     ) -> torch.Tensor:
-        """Return the features (B, 2048) of the pieces ``choice`` (B,) of frames (B,) in the frames of roots (B, 3)."""
+        """Return the features (B, 2048 + 9) of the pieces ``choice`` (B,) of frames (B,) in the frames of roots (B, 3).
+
+        The last 9 are the postures of the rests, zero except for the rows in which ``shown`` (B,) is set.
+        """
         number = self.sequence[frames]
         piece, place = self.pieces[number, choice], self.placements[number, choice]
         centres = self.centres[piece.clamp(min=0)]
         turned = state.turn3(centres, place[:, 2:].expand(centres.shape[:2]))
         world = turned + torch.stack([place[:, 0], torch.zeros_like(place[:, 0]), place[:, 1]], -1)[:, None]
         features = state.interaction_features(world, self.occupancy[piece.clamp(min=0)], roots)
-        return features * ((piece >= 0) & self.seated_goal[frames])[:, None]
+        seated = self.seated_goal[frames]
+        postures = self.postures[number] * (seated & shown)[:, None]
+        return torch.cat([features * ((piece >= 0) & seated)[:, None], postures], -1)
+
+    def posture_shares(self, rows: int) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the commonest combinations of postures (rows, 9), zeros and ones, and their shares (rows,).
+
+        The shares are of sits and of lies, each summing to one; rows that are not needed are zero.
+        """
+        known = self.postures[self.postures.sum(-1) > 0] >= 0.5
+        combined, counts = torch.unique(known, dim=0, return_counts=True)
+        shares = counts.double()
+        sits = combined[:, : len(POSTURES["sit"])].any(-1)
+        lies = combined[:, len(POSTURES["sit"]) :].any(-1)
+        for kind in (sits & ~lies, lies):
+            shares[kind] /= shares[kind].sum().clamp(min=1)
+        shares[~(sits | lies)] = 0
+        order = torch.argsort(shares, descending=True)[:rows]
+        out = torch.zeros(rows, len(POSTURE_NAMES)), torch.zeros(rows)
+        out[0][: len(order)], out[1][: len(order)] = (
+            combined[order].float().cpu(),
+            shares[order].float().cpu(),
+        )
+        return out
 
 
 def load(path: Path, device: str, window: int) -> Frames:
@@ -119,7 +148,8 @@ def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
     return Frames(
         states, targets, encoder.roots, repeat(np.arange(len(lengths))), on(usable), action >= 3, action == 4,
         tensor("goal")[:, [0, 2]].clone(), on(pieces).long(), on(places).float(),
-        on((pieces >= 0).sum(1).clip(1)), tensor("piece_centres"), tensor("piece_occupancy"), on(starts), on(until),
+        on((pieces >= 0).sum(1).clip(1)), tensor("postures"),
+        tensor("piece_centres"), tensor("piece_occupancy"), on(starts), on(until),
     )  # fmt: skip
 
 
@@ -131,6 +161,7 @@ def with_defaults(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         "more_pieces": np.full((count, 0), -1),
         "more_placements": np.zeros((count, 0, 3), np.float32),
         "mirrored": np.array(False),
+        "postures": np.zeros((count, len(POSTURE_NAMES)), np.float32),
     } | raw
 
 

@@ -22,6 +22,7 @@ OF_SEQUENCES = (
     "more_pieces",
     "more_placements",
     "open_ends",
+    "postures",
 )
 OF_PIECES = ("piece_centres", "piece_occupancy")
 

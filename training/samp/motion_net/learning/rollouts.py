@@ -25,6 +25,7 @@ TRUTH_FACTOR = (0.4, 1.6)
 START_DRIFT = 0.1  # metres and radians; standard deviation of the drift at the start of a rollout
 FULL_DRIFT_DISTANCE = 1.5  # metres to the goal beyond which the start drift has its full size
 MAX_DRIFT = 0.6  # metres of drift beyond which a rollout is restarted; twice as many radians
+SHOWN_POSTURES = 0.75  # share of the rollouts that know the posture of the rest; the others find one
 STYLE_FRAMES = (
     -90,
     180,
@@ -44,7 +45,7 @@ class Progress:
 
 @dataclass
 class Draws:
-    """Random numbers of one step: uniform (B, 7), normal (B, 67), and uniform for the start frames (B,)."""
+    """Random numbers of one step: uniform (B, 8), normal (B, 67), and uniform for the start frames (B,)."""
 
     uniform: torch.Tensor
     normal: torch.Tensor
@@ -54,7 +55,7 @@ class Draws:
     def new(cls, count: int, device: torch.device) -> Draws:
         """Draw the numbers for B rollouts."""
         return cls(
-            torch.rand(count, 7, device=device),
+            torch.rand(count, 8, device=device),
             torch.randn(count, 3 + LATENT, device=device),
             torch.rand(count, device=device, dtype=torch.float64),
         )
@@ -66,7 +67,8 @@ class Rollouts:
     x: (B, 647) the next inputs. at: (B,) the present captured frames. clock: (B,) the frames without any delay. own:
     (B, 3) roots. age, length: (B,) frames. truth_factor: (B, 1) multiplies the probability of the truth. reach: (B, 1)
     distance to the seat, metres, within which the predicted future path is used. piece: (B,) column of the piece of
-    furniture. style_frame: (B,) frames from which the held components of z are encoded. noise: (B, 64) for sampling
+    furniture. shown: (B,) whether the posture of the rest is known. style_frame: (B,) frames from which the held
+    components of z are encoded. noise: (B, 64) for sampling
     these. tally: (2,) sums over the steps of the mean drift in metres and of the share of lost rollouts.
     """
 
@@ -79,7 +81,7 @@ class Rollouts:
         self.clock = self.at.float()
         self.length = torch.full_like(self.at, window)
         self.age = (draws.uniform[:, 6] * window).long()
-        self.truth_factor, self.reach, self.piece, self.style_frame, self.noise = drawn
+        self.truth_factor, self.reach, self.piece, self.shown, self.style_frame, self.noise = drawn
         self.x = drift.observe(self._states(self.at), self.drift())
         self.tally = torch.zeros(2, device=device)
 
@@ -96,7 +98,8 @@ class Rollouts:
             frames.sample_pieces(first, chance[:, 3]),
             self._draw_style_frames(first, chance[:, 4]),
         )
-        drawn = (truth_factor, reach, piece, style_frame, draws.normal[:, 3:].clone())
+        shown = chance[:, 7] < SHOWN_POSTURES
+        drawn = (truth_factor, reach, piece, shown, style_frame, draws.normal[:, 3:].clone())
         return first, drift.displace(captured, aside), drawn
 
     def _draw_style_frames(self, first: torch.Tensor, chance: torch.Tensor) -> torch.Tensor:
@@ -118,13 +121,15 @@ class Rollouts:
         return drift.correct(self.frames.targets[self.at].float(), self.drift())
 
     def object_features(self) -> torch.Tensor:
-        """Return the features (B, 2048) of the furniture in the root frames of the rollouts."""
-        return self.frames.object_features(self.at, self.own, self.piece)
+        """Return the features (B, 2048 + 9) of furniture and posture in the root frames of the rollouts."""
+        return self.frames.object_features(self.at, self.own, self.piece, self.shown)
 
     def style_inputs(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return states, targets (B, 647) and object features (B, 2048) of the style frames."""
+        """Return states, targets (B, 647) and object features (B, 2048 + 9) of the style frames."""
         frames = self.frames
-        features = frames.object_features(self.style_frame, frames.roots[self.style_frame], self.piece)
+        features = frames.object_features(
+            self.style_frame, frames.roots[self.style_frame], self.piece, self.shown
+        )
         return self._states(self.style_frame), frames.targets[self.style_frame].float(), features
 
     def advance(self, predicted: torch.Tensor, scale: torch.Tensor, draws: Draws) -> None:
@@ -182,7 +187,7 @@ class Rollouts:
         self.clock.copy_(torch.where(restarted, first.float(), self.clock))
         self.length.copy_(torch.where(restarted, self.window + spread.long(), self.length))
         self.age.copy_(torch.where(restarted, 0, self.age))
-        present = (self.truth_factor, self.reach, self.piece, self.style_frame, self.noise)
+        present = (self.truth_factor, self.reach, self.piece, self.shown, self.style_frame, self.noise)
         for kept, new in zip(present, drawn, strict=True):
             kept.copy_(torch.where(restarted.reshape(-1, *(1,) * (kept.dim() - 1)), new, kept))
 

@@ -9,9 +9,9 @@ from torch.nn import functional
 
 from .....models import state
 from .....models.baselines import NETWORKS
-from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT
+from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT, OBJECT, POSTURE_ROWS, POSTURES
 from ..schedule import Schedule
-from . import drift
+from . import drift, earlier_run
 from .frames import Frames
 from .rollouts import LATEST, START_DRIFT, Draws, Rollouts
 
@@ -41,8 +41,10 @@ class Trainer:
     def __init__(self, frames: Frames, schedule: Schedule, batch: int, seed: int) -> None:
         torch.manual_seed(seed)
         self.frames, self.schedule, self.device = frames, schedule, frames.device
-        self.net = NETWORKS[schedule.network](schedule.hidden).to(self.device)
+        self.net = NETWORKS[schedule.network](schedule.hidden, POSTURES).to(self.device)
         self.net.held.fill_(schedule.held)
+        for name, values in zip(("rows", "shares"), frames.posture_shares(POSTURE_ROWS), strict=True):
+            getattr(self.net, f"posture_{name}").copy_(values)
         self._measure_statistics()
         on_gpu = self.device.type == "cuda"
         self.rate = torch.tensor(schedule.rate, device=self.device)
@@ -68,12 +70,12 @@ class Trainer:
         )
         states = drift.observe(self.frames.states[frames].float(), aside)
         targets = drift.correct(self.frames.targets[frames].float(), aside)
-        nowhere = torch.zeros(2, 2048, device=self.device)
+        nowhere = torch.zeros(2, OBJECT + POSTURES, device=self.device)
         none = torch.zeros_like(seated)
         sample = {
             "input": states,
             "target": targets - EXTRAPOLATED_SHARE * state.extrapolate(states),
-            "object": self.frames.object_features(seated, self.frames.roots[seated], none)
+            "object": self.frames.object_features(seated, self.frames.roots[seated], none, none.bool())
             if len(seated)
             else nowhere,
         }
@@ -83,8 +85,11 @@ class Trainer:
             std = torch.where(std < 1e-5, torch.ones_like(std), std.clamp(min=floor))
             # With these, the normalised features of all objects are nearly equal, in training and at run time.
             factor = BLIND if name == "object" and not self.schedule.sees_object else 1.0
-            getattr(self.net, f"{name}_mean").copy_(values.mean(0) * factor)
-            getattr(self.net, f"{name}_std").copy_(std * factor)
+            mean, std = values.mean(0) * factor, std * factor
+            if name == "object":
+                mean[OBJECT:], std[OBJECT:] = 0.0, 1.0
+            getattr(self.net, f"{name}_mean").copy_(mean)
+            getattr(self.net, f"{name}_std").copy_(std)
 
     def step(self, done: float) -> None:
         """Make one optimiser step and advance all rollouts by one frame. done: share of the training, 0 to 1."""
@@ -154,7 +159,7 @@ class Trainer:
             self._advance_rollouts(out.detach(), draws)
 
     def _network_inputs(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return normalised states and changes (B, 647) and object features (B, 2048).
+        """Return normalised states and changes (B, 647) and object features (B, 2048 + 9).
 
         If components of z are held, the batch is twice as large; its second half are the style frames.
         """
@@ -254,9 +259,8 @@ class Trainer:
         path.with_suffix(".part").replace(path)
 
     def begin_with(self, path: Path) -> None:
-        """Load averaged weights and normalisation from the checkpoint of another run."""
-        body = torch.load(path, map_location=self.device, weights_only=True)
-        self.net.load_state_dict({**body["net"], **body["average"]})
+        """Load averaged weights and normalisation of another run, see earlier_run.py."""
+        earlier_run.load(self.net, path)
         self.average = {k: v.detach().clone() for k, v in self.net.named_parameters()}
 
     def resume(self, path: Path) -> None:
