@@ -23,7 +23,8 @@ class Option:
     name: as in a jobs file; on the command line ``--`` is put before it and dashes stand for underscores. kind: float,
     int or str. metavar: one name for each value of an occurrence. repeated: whether it may occur several times; its
     value is then a tuple of occurrences. default: the value where it is left out. minimum, maximum: bounds of numbers.
-    switch: on the command line, where it differs from the name.
+    switch: on the command line, where it differs from the name. choices: words that a text is made of, with commas
+    between several; the panel offers each.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Option:
     minimum: float | None = None
     maximum: float | None = None
     switch: str = ""
+    choices: tuple[str, ...] = ()
 
     @property
     def flag(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import bpy
-from bpy.props import FloatProperty, IntProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..methods import registry
 
@@ -43,19 +43,27 @@ def draw(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, method: 
     """Draw the chosen method's own options."""
     for option in method.options:
         if _shown(option):
-            layout.prop(settings, _name(method, option))
+            column = layout.column(align=True) if option.choices else layout
+            column.prop(settings, _name(method, option))
 
 
 def values(settings: bpy.types.PropertyGroup, method: Method) -> dict[str, Any]:
     """Return what the chosen method's own options are set to; a text that is empty is left out."""
     found = {
-        option.name: getattr(settings, _name(method, option)) for option in method.options if _shown(option)
+        option.name: _text(option, getattr(settings, _name(method, option)))
+        for option in method.options
+        if _shown(option)
     }
     return {name: value for name, value in found.items() if value != ""}
 
 
 def _shown(option: Option) -> bool:
     return not option.repeated and len(option.metavar) == 1
+
+
+def _text(option: Option, value: Any) -> Any:
+    """Return the value of an option; a set of words as one text."""
+    return ",".join(word for word in option.choices if word in value) if option.choices else value
 
 
 def _name(method: Method, option: Option) -> str:
@@ -67,6 +75,9 @@ def _property(option: Option) -> object:
         "name": option.name.replace("_", " ").title(),
         "description": option.help[:1].upper() + option.help[1:],
     }
+    if option.choices:
+        words = [(word, word.replace("_", " ").title(), f"{option.name}: {word}") for word in option.choices]
+        return EnumProperty(**own, items=words, options={"ENUM_FLAG"}, default=set())
     if option.kind is str:
         return StringProperty(**own, default=option.default or "")
     limits = {"min": option.minimum, "max": option.maximum}

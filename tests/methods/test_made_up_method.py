@@ -34,12 +34,13 @@ class Bounce:
     options = (
         Option("height", "how high it goes, metres", default=0.1, minimum=0.0, maximum=1.0),
         Option("mood", "how it looks", kind=str, metavar=("MOOD",)),
+        Option("limbs", "what moves", kind=str, metavar=("LIMBS",), choices=("left_arm", "legs", "head")),
         Option("spots", "places that it passes", metavar=("X", "Y", "Z"), repeated=True),
     )
     batch_size = 2
 
     def __init__(self):
-        self.loaded, self.draws, self.moods = 0, [], []
+        self.loaded, self.draws, self.moods, self.limbs = 0, [], [], []
 
     def check(self, step):
         if step.target:
@@ -51,6 +52,7 @@ class Bounce:
     def generate(self, step, scene, draws, progress):
         self.draws.append(list(draws))
         self.moods.append(step.settings.get("mood"))
+        self.limbs.append(step.settings.get("limbs"))
         takes, failures = [], []
         for count, draw in enumerate(draws):
             progress("Bouncing", count / len(draws))
@@ -142,7 +144,11 @@ def test_the_panel_the_list_measures_refinement_and_export(addon, room, tmp_path
     settings.method, settings.bounce_height, settings.bounce_mood = "bounce", 0.3, "sad"
     assert bpy.ops.samp.generate.poll()  # without a target
     assert bpy.ops.samp.generate() == {"FINISHED"}
-    assert method.moods == ["sad"]
+    assert method.moods == ["sad"] and method.limbs == [None]
+    settings.bounce_limbs = {"head", "left_arm"}
+    assert bpy.ops.samp.generate() == {"FINISHED"}
+    assert method.limbs[-1] == "left_arm,head"
+    bpy.ops.samp.delete_take(action_name=take_list.takes()[-1].name)
     person = settings.character
     (take,) = take_list.takes()
     assert take.name == "Bounce 0" and "foot_slide_cm_s" in notes.read_measures(take)

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...errors import SampError, UsageError
-from ...vocabulary import ACTIONS, SEATED
+from ...vocabulary import ACTIONS, POSTURE_NAMES, SEATED
 from ..method import Draw, Option, require_place
+from . import postures, weights_file
 
 if TYPE_CHECKING:
     from ...motion import Motion
@@ -19,6 +20,16 @@ if TYPE_CHECKING:
     from .networks import Networks
 
 # Numpy, scipy and torch are imported when a take is generated: the panel asks for a method's name at every redraw.
+
+
+POSTURE = Option(
+    "posture",
+    f"how the body rests, with commas between those that go together: {', '.join(POSTURE_NAMES)}; left out, drawn as "
+    "people rest",
+    kind=str,
+    metavar=("POSTURE",),
+    choices=POSTURE_NAMES,
+)
 
 
 class Samp:
@@ -32,11 +43,15 @@ class Samp:
     description = "Walk to the target and sit, lie or stand there, frame by frame"
     actions = ACTIONS
     needs = frozenset({"geometry", "target", "start", "destination", "goals", "via"})
-    options: tuple[Option, ...] = ()
     batch_size = 32
 
     def __init__(self, networks: Networks | None = None) -> None:
         self._networks = networks
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """The posture of a rest, where the weights know postures."""
+        return (POSTURE,) if weights_file.knows_postures() else ()
 
     def installed(self) -> bool:
         """Return True: the weights are part of the extension."""
@@ -51,6 +66,7 @@ class Samp:
         require_place(step)
         if step.action in SEATED and step.to is not None:
             raise UsageError(f"--to is for walk and run; to {step.action}, name a --target.")
+        postures.parse(step.settings.get("posture"))
 
     def load(self) -> None:
         """Import torch and the rollout."""

@@ -26,7 +26,7 @@ from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import Take
-from . import refusals
+from . import posture_places, postures, refusals
 from .request import Request
 
 START_DISTANCE = (1.5, 3.5)
@@ -74,6 +74,7 @@ class Planner:
             start, yaw = self._start(goal.position, rng) if before is None else before.exit
             waypoints, narrow = self._path(start, goal)
             remarks = ((self._narrow,) if narrow else ()) + self._remarks(waypoints)
+            places = self._posture_places(goal) if seated else ()
             if not seated:
                 # A destination inside an obstacle is snapped to the nearest walkable point.
                 goal = replace(goal, position=waypoints[-1])
@@ -90,9 +91,11 @@ class Planner:
             hold_seconds=self.step.hold * self.step.speed,
             style=self.step.style,
             after=None if before is None else before.motion,
-            remarks=remarks,
+            remarks=remarks + self._without_place(places),
             ground=self.mesh.heights_at,
             free=self._kept_clear(waypoints, goal) if narrow or self._cramped(goal) else None,
+            posture=self._posture,
+            posture_places=places,
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:
@@ -108,6 +111,19 @@ class Planner:
             laid_ground=self.mesh.laid_ground,
             remarks=request.remarks,
         )
+
+    @cached_property
+    def _posture(self) -> tuple[str, ...]:
+        """Postures that the artist asks for."""
+        return postures.of_action(postures.parse(self.step.settings.get("posture")), self.step.action)
+
+    def _posture_places(self, goal: Goal) -> tuple[str, ...]:
+        return posture_places.around(np.concatenate([self.scene.target, self._surroundings]), goal)
+
+    def _without_place(self, places: Sequence[str]) -> tuple[str, ...]:
+        """Return a sentence for each posture that the artist asks for and for which there is no place."""
+        missing = [name for name in self._posture if name in postures.NEEDS_PLACE and name not in places]
+        return tuple(f"There is nothing at '{self.step.target}' for {name}." for name in missing)
 
     def _remarks(self, waypoints: np.ndarray) -> tuple[str, ...]:
         """Return a sentence for each of the artist's places that the path (N, 3) does not reach."""

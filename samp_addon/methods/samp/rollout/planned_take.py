@@ -10,13 +10,15 @@ import numpy as np
 
 from ....scene.geometry import sample_surface
 from ....scene.voxels import InteractionGrid
-from ....vocabulary import SEATED
+from ....vocabulary import POSTURE_NAMES, SEATED
+from .. import postures
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
 from ..request import Request
 from ..route import Route
 
 if TYPE_CHECKING:
+    from .....models.motion_net import MotionNet
     from ..load_networks import MotionNetwork
     from .rollout import Rollout
 
@@ -70,7 +72,19 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
     return Rollout(
         net, starts, tensor(centres), tensor(occupancy),
         [take.request.seed for take in takes], tensor([[take.request.style] for take in takes]),
+        tensor([postures.numbers(_posture(take.request, net)) for take in takes]),
     )  # fmt: skip
+
+
+def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
+    """Return the posture of the rest: the artist's, or one drawn as in the training data."""
+    if request.posture or not net.postures or request.action not in SEATED:
+        return request.posture
+    shares = [
+        (tuple(name for name, is_so in zip(POSTURE_NAMES, row, strict=True) if is_so), share)
+        for row, share in zip(net.posture_rows.tolist(), net.posture_shares.tolist(), strict=True)
+    ]
+    return postures.drawn(shares, request.action, request.posture_places, request.seed)
 
 
 def _plan(request: Request, points: np.ndarray | None) -> PlannedTake:

@@ -25,7 +25,7 @@ GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
 _PER_TAKE = (
-    "style", "held_z", "centres", "occupancy", "joints", "matrices", "velocities", "contacts", "past_roots",
+    "style", "held_z", "centres", "occupancy", "postures", "joints", "matrices", "velocities", "contacts", "past_roots",
     "past_actions", "past_goals", "roots", "future_roots", "future_actions",
 )  # fmt: skip
 
@@ -66,9 +66,16 @@ class Rollout:
         occupancy: torch.Tensor,
         seeds: list[int],
         style: torch.Tensor,
+        postures: torch.Tensor | None = None,
     ) -> None:
-        """centres: (B, 512, 3), world, and occupancy: (B, 512) of the objects. style: (B, 1) deviation of z."""
+        """centres: (B, 512, 3), world, and occupancy: (B, 512) of the objects. style: (B, 1) deviation of z.
+
+        postures: (B, 9) of the rests, for networks that know them.
+        """
         self.net, self.style = net, style
+        self.postures = (
+            torch.zeros(len(starts), net.postures) if postures is None else postures[:, : net.postures]
+        )
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
         self.held_z = self._noise(int(net.held)) * style / FRAME_NOISE
@@ -125,9 +132,10 @@ class Rollout:
         )  # fmt: skip
 
     def _object(self) -> torch.Tensor:
-        """Return the objects' features (B, 2048); zero while the goal in force is not on an object."""
+        """Return the features (B, 2048 + postures) of objects; zero while the goal in force is not on an object."""
         wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
-        return state.interaction_features(self.centres, self.occupancy, self.roots) * wanted
+        seen = state.interaction_features(self.centres, self.occupancy, self.roots)
+        return torch.cat([seen, self.postures], -1) * wanted
 
     def step(self, guide: Guide | None = None) -> Frame:
         """Generate the next frame of every take."""

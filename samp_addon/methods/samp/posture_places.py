@@ -1,0 +1,65 @@
+"""What lies around a goal for a rest: a back to lean on, armrests, a table. Network frame, metres."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...motion import Goal
+from ...scene.distance import solids
+from ...scene.geometry import in_box, spread_over_surface
+from ...scene.navmesh.lattice import clip_to_box
+
+REACH = 0.8
+"""Metres around the pelvis in which the surfaces are looked at."""
+
+DENSITY = 2500
+"""Surface samples per square metre."""
+
+LEAST_AREA = {"lean_back": 0.02, "hands_on_armrests": 0.008, "hands_on_table": 0.02, "half_sitting": 0.02}
+"""Square metres of surface within a region that are enough to lean or lie on."""
+
+REGIONS = {
+    "lean_back": (((-0.2, 0.12, -0.34), (0.2, 0.55, -0.06)),),
+    "hands_on_armrests": (((0.2, -0.08, -0.1), (0.46, 0.2, 0.26)), ((-0.46, -0.08, -0.1), (-0.2, 0.2, 0.26))),
+    "hands_on_table": (((-0.35, -0.02, 0.2), (0.35, 0.32, 0.62)),),
+    "half_sitting": (((-0.25, 0.12, -0.75), (0.25, 0.6, -0.2)),),
+}
+"""Lowest and highest corner of where the surfaces lie: left, up and forward of the pelvis at the goal."""
+
+_FLAT = ("hands_on_armrests", "hands_on_table")
+UPWARD = 0.7
+"""Vertical part of the unit normal of a surface on which a hand lies."""
+
+
+def around(triangles: np.ndarray, goal: Goal) -> tuple[str, ...]:
+    """Return the postures for which there is a place at a goal; the names are the keys of REGIONS.
+
+    triangles: (F, 3, 3) of everything near it. The goal's direction is horizontal.
+    """
+    centre = np.asarray(goal.position, float)
+    low, high = centre - REACH, centre + REACH
+    near = clip_to_box(solids.overlapping_box(triangles, low, high), low, high)
+    if not len(near):
+        return ()
+    normals = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
+    area = np.linalg.norm(normals, axis=-1) / 2
+    near, normals, area = near[area > 0], normals[area > 0], area[area > 0]
+    if not len(near):
+        return ()
+    count = int(np.clip(area.sum() * DENSITY, 200, 60_000))
+    points, index = spread_over_surface(near, count, area)
+    each = float(area.sum()) / count
+    own = _in_body_frame(points - centre, np.asarray(goal.direction, float))
+    flat = np.abs(normals[index, 1]) / (2 * area[index]) > UPWARD
+    found = []
+    for name, boxes in REGIONS.items():
+        on = [in_box(own, np.array(a), np.array(b)) & (flat | (name not in _FLAT)) for a, b in boxes]
+        if max(flags.sum() * each for flags in on) >= LEAST_AREA[name]:
+            found.append(name)
+    return tuple(found)
+
+
+def _in_body_frame(away: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Return vectors (N, 3) as left, up and forward of a horizontal direction (3,)."""
+    left = np.cross([0.0, 1.0, 0.0], ahead)
+    return np.stack([away @ left, away[:, 1], away @ ahead], -1)
