@@ -94,6 +94,18 @@ def loss(
     return (error + beta * divergence).mean()
 
 
+def off_labels(predicted: torch.Tensor, labels: torch.Tensor, present: torch.Tensor) -> torch.Tensor:
+    """Return the mean squared error () of goals (B, 6) to the nearest of the labels (B, G, 6) of their objects.
+
+    present: (B, G), False for labels that only fill the array. Errors are scaled as those of the loss.
+    """
+    error = (
+        _to_units(predicted)[:, None] - _to_units(labels.flatten(0, 1)).unflatten(0, labels.shape[:2])
+    ).square()
+    error = error[..., :3].sum(-1) + DIRECTION_WEIGHT * error[..., 3:].sum(-1)
+    return error.masked_fill(~present, torch.inf).min(1).values.mean()
+
+
 def load(folder: Path | None = None) -> GoalNet:
     """Return the trained network in evaluation mode.
 

@@ -88,6 +88,26 @@ def test_training_is_seeded_and_learns(sofa):
     assert trained["position_error_cm"] < 0.7 * untrained["position_error_cm"]
 
 
+def test_drawn_goals_are_compared_with_the_nearest_label():
+    labels = torch.zeros(1, 3, 6)
+    labels[0, :, 5], labels[0, 1, 0], labels[0, 2, 0] = 1, 1.0, 0.5
+    present = torch.tensor([[True, True, False]])
+    drawn = labels[:, 1].clone()
+    assert goal_net.off_labels(drawn, labels, present) == 0
+    drawn[0, 0] = 0.55
+    expected = ((1.0 - 0.55) / goal_net.POSITION_SCALE) ** 2
+    assert goal_net.off_labels(drawn, labels, present).item() == pytest.approx(expected, rel=1e-5)
+
+
+def test_goals_drawn_from_the_prior_lie_nearer_to_labels_with_their_term(sofa):
+    objects = dataset.label(furniture.Piece("sofa", sofa, "a"), sofa) * 4
+    off = [
+        evaluate(train.train(objects, 1, 60, prior=prior), objects)["sample_to_label_cm"]
+        for prior in (0.0, 1.0)
+    ]
+    assert off[1] < 0.8 * off[0]
+
+
 def test_errors_are_in_centimetres_and_degrees():
     a = np.array([[0, 0, 0], [1.0, 0, 0]])
     assert measures.position_error(a, a + [0, 0.03, 0.04]) == pytest.approx(5.0)

@@ -84,9 +84,7 @@ def draw_goals(
     least, enough = seats.MIN_SCORE_SHARE[action] * best, GOOD * best
     goals: list[Goal] = []
     rejected = 0
-    # The network has seen no raised backs.
-    samples = () if found[0].reclined else _network_samples(grid, action, count, seed)
-    for sample in samples:
+    for sample in _network_samples(grid, action, count, seed):
         if len(goals) == count:
             break
         snapped = seats.snap_to_map(support, sample, MAX_SHIFT, least, enough)

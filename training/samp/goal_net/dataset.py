@@ -64,7 +64,8 @@ def label(piece: furniture.Piece, triangles: np.ndarray) -> list[LabelledObject]
     support = seats.support_map(triangles)
     chairs = seats.seats_on_map(support, "sit", seats.MANY_SEATS)
     grid = InteractionGrid.build(triangles, seats.front_of_map(support, chairs))
-    beds = seats.seats_on_map(support, "lie") if grid.size.max() > SMALLEST_BED else []
+    # On loungers, with the trunk on the raised back.
+    beds = seats.seats_or_ring(support, "lie")[1] if grid.size.max() > SMALLEST_BED else []
     into = _grid_axes(grid.yaw)
     out = []
     for index, found in enumerate((chairs, beds)):
