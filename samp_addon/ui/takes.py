@@ -26,6 +26,8 @@ ICONS = {
 """Green, yellow, red and grey."""
 NAME_SHARE = 0.6
 """Share of a row's width that star, verdict and name take."""
+EDITS = (("retime_take", "TIME"), ("loop_take", "FILE_REFRESH"), ("reduce_keys", "IPO_BEZIER"))
+"""Operators that make an edited copy of a take."""
 LONGEST = 14
 """Characters of a name that fit into the list at the sidebar's default width."""
 
@@ -93,6 +95,19 @@ class SAMP_PT_takes(InPanel, bpy.types.Panel):
             _draw_measures(layout, chosen)
 
 
+class SAMP_MT_edit_take(bpy.types.Menu):
+    """Edits of the take that is active in the list; each makes a new one"""
+
+    bl_idname = "SAMP_MT_edit_take"
+    bl_label = "Edit Take"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        chosen = _active_take(context.scene.samp)
+        name = "" if chosen is None else chosen.name
+        for operator, icon in EDITS:
+            self.layout.operator(f"samp.{operator}", icon=icon).action_name = name
+
+
 def short_name(name: str) -> str:
     """Return a name that fits into the list: its beginning and its last word, which is the seed."""
     if len(name) <= LONGEST:
@@ -126,6 +141,9 @@ def _draw_buttons(column: bpy.types.UILayout, chosen: bpy.types.Action | None) -
     made = fit.operator("samp.show_take", text="", icon="PREVIEW_RANGE")
     made.action_name, made.fit = name, True
     column.separator()
+    edit = column.row(align=True)
+    edit.enabled = chosen is not None
+    edit.menu("SAMP_MT_edit_take", text="", icon="DOWNARROW_HLT")
     column.operator("samp.delete_take", text="", icon="TRASH").unstarred = True
 
 
@@ -152,4 +170,4 @@ def _draw_measures(layout: bpy.types.UILayout, take: bpy.types.Action) -> None:
             column.label(text=f"{text}: {previous}{numbers[key]:.1f} {unit}")
 
 
-CLASSES = (SAMP_UL_takes, SAMP_PT_takes)
+CLASSES = (SAMP_UL_takes, SAMP_MT_edit_take, SAMP_PT_takes)

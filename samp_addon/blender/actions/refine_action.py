@@ -27,11 +27,9 @@ from ..character.character import body_of, has_surface
 from ..scene import read_scene
 from ..thread_run import ThreadRun, one_slice
 from . import keyframes, notes, rekeying
+from .action_names import derived_name
 
 SUFFIX = " refined"
-LONGEST_NAME = 63
-"""Bytes of an Action's name in Blender before 5.0."""
-
 UNSOLVED = 0.02
 """Metres: penetration above this is reported after refinement."""
 
@@ -165,7 +163,12 @@ def write(context: bpy.types.Context, plan: Plan, refined: Refined) -> Result:
         raise SampError("The Action was deleted during refinement; start again.")
     keyframes.require_editable(plan.owner)
     new, slot = rekeying.rekey_copy(
-        plan.owner, plan.action, plan.motion, refined.motion, plan.frame_start, _new_name(plan.action)
+        plan.owner,
+        plan.action,
+        plan.motion,
+        refined.motion,
+        plan.frame_start,
+        derived_name(plan.action, SUFFIX),
     )
     if plan.action.library is None:
         plan.action.use_fake_user = True  # also where another Action was active
@@ -200,12 +203,6 @@ def _range(action: bpy.types.Action, start: int | None, end: int | None) -> tupl
     if end < start:
         raise SampError(f"'{action.name}' has no frames in this range; choose frames from {first} to {last}.")
     return start, end
-
-
-def _new_name(action: bpy.types.Action) -> str:
-    """Return the new Action's name, with room for the number that Blender appends to a name in use."""
-    room = LONGEST_NAME - len(SUFFIX) - len(".001")
-    return action.name.encode()[:room].decode(errors="ignore") + SUFFIX
 
 
 def _require_finite(owner: bpy.types.Object, action: bpy.types.Action) -> None:

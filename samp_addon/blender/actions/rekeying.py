@@ -17,20 +17,13 @@ from ...motion import Motion
 from .. import compat
 from ..character.armature import Calibration, calibrate
 from . import channels, keyframes
+from .curve_keys import CurveKeys, choice
 
 FADE_SECONDS = 0.3
 """Length of the blend where the part borders on frames that stay."""
 
 UNCHANGED = 1e-5  # metres, or half an angle in radians: below this a difference is rounding
 _SAME_FRAME = 1e-3  # frames: keys nearer than this count as one
-# Properties of a key with size and type. Handle types come before handles, because setting a type moves the handle.
-_PROPERTIES = {
-    **dict.fromkeys(
-        ("interpolation", "easing", "handle_left_type", "handle_right_type", "type"), (1, np.int32)
-    ),
-    **dict.fromkeys(("amplitude", "period", "back"), (1, np.float32)),
-    **dict.fromkeys(("co", "handle_left", "handle_right"), (2, np.float32)),
-}
 
 
 def frame_span(action: bpy.types.Action) -> tuple[int, int]:
@@ -158,7 +151,7 @@ class _Rekey:
             self.writer.add(path, index, self.all_times, baked, group).extrapolation = extrapolation
 
     def _replace_keys(self, curve: bpy.types.FCurve, values: np.ndarray) -> None:
-        keys, own = _Keys.of(curve), _Keys.linear(self.times, values)
+        keys, own = CurveKeys.of(curve), CurveKeys.linear(self.times, values)
         before, after = keys.at < self.times[0] - _SAME_FRAME, keys.at > self.times[-1] + _SAME_FRAME
         left, right = keys.frozen().where(before), keys.frozen().where(after)
         parts = [own]
@@ -166,87 +159,21 @@ class _Rekey:
             parts = [left, *_bridge(curve, keys, left, left.at[-1], self.times[0]), *parts]
         if len(right.at):
             parts += [*_bridge(curve, keys, own, self.times[-1], right.at[0]), right]
-        _Keys.joined(parts).replace_in(curve)
+        CurveKeys.joined(parts).replace_in(curve)
 
 
-def _bridge(curve: bpy.types.FCurve, keys: _Keys, last: _Keys, start: float, end: float) -> list[_Keys]:
+def _bridge(
+    curve: bpy.types.FCurve, keys: CurveKeys, last: CurveKeys, start: float, end: float
+) -> list[CurveKeys]:
     """Return keys that preserve a curve between two frames after its ``keys`` beyond them are removed.
 
     last: keys that end at start; the interpolation of the final one is set.
     """
     crossing = np.flatnonzero(keys.at <= start + _SAME_FRAME)
     kind = keys.values["interpolation"][crossing[-1]] if len(crossing) else None
-    if kind in (_choice("interpolation", "LINEAR"), _choice("interpolation", "CONSTANT")):
+    if kind in (choice("interpolation", "LINEAR"), choice("interpolation", "CONSTANT")):
         last.values["interpolation"][-1] = kind
         return []
-    last.values["interpolation"][-1] = _choice("interpolation", "LINEAR")
+    last.values["interpolation"][-1] = choice("interpolation", "LINEAR")
     times = np.arange(np.floor(start) + 1, np.ceil(end))
-    return [_Keys.linear(times, np.array([curve.evaluate(time) for time in times]))]
-
-
-def _choice(name: str, identifier: str) -> int:
-    """Return the integer value of an enum item, for foreach_get and foreach_set."""
-    return bpy.types.Keyframe.bl_rna.properties[name].enum_items[identifier].value
-
-
-@dataclass(frozen=True)
-class _Keys:
-    """Properties of keys of a curve: name -> (n, 1), or (n, 2) for points."""
-
-    values: dict[str, np.ndarray]
-
-    @classmethod
-    def of(cls, curve: bpy.types.FCurve) -> _Keys:
-        """Read the keys of a curve."""
-        points, values = curve.keyframe_points, {}
-        for name, (shape, kind) in _PROPERTIES.items():
-            flat = np.empty(len(points) * shape, dtype=kind)
-            points.foreach_get(name, flat)
-            values[name] = flat.reshape(len(points), shape)
-        return cls(values)
-
-    @classmethod
-    def linear(cls, times: np.ndarray, heights: np.ndarray) -> _Keys:
-        """Make keys at frames (n,) with linear interpolation."""
-        count = len(times)
-        values = {name: np.zeros((count, shape), dtype=kind) for name, (shape, kind) in _PROPERTIES.items()}
-        values["co"][:] = values["handle_left"][:] = values["handle_right"][:] = np.stack([times, heights], 1)
-        values["interpolation"][:] = _choice("interpolation", "LINEAR")
-        for side in ("handle_left_type", "handle_right_type"):
-            values[side][:] = _choice(side, "AUTO_CLAMPED")
-        for name, default in (("amplitude", 0.8), ("period", 4.1), ("back", 1.70158)):
-            values[name][:] = default
-        return cls(values)
-
-    @classmethod
-    def joined(cls, parts: list[_Keys]) -> _Keys:
-        """Concatenate keys in the given order."""
-        return cls({name: np.concatenate([part.values[name] for part in parts]) for name in _PROPERTIES})
-
-    @property
-    def at(self) -> np.ndarray:
-        """Frames (n,) of the keys."""
-        return self.values["co"][:, 0]
-
-    def where(self, flags: np.ndarray) -> _Keys:
-        """Return the keys whose flag (n,) is set."""
-        return _Keys({name: value[flags] for name, value in self.values.items()})
-
-    def frozen(self) -> _Keys:
-        """Return the keys with handles that stay when neighbouring keys change."""
-        values = dict(self.values)
-        for side in ("handle_left_type", "handle_right_type"):
-            straight = np.isin(values[side], [_choice(side, kind) for kind in ("AUTO", "AUTO_CLAMPED")])
-            free = values[side] == _choice(side, "VECTOR")
-            values[side] = np.where(straight, _choice(side, "ALIGNED"), values[side])
-            values[side][free] = _choice(side, "FREE")
-        return _Keys(values)
-
-    def replace_in(self, curve: bpy.types.FCurve) -> None:
-        """Replace all keys of a curve by these."""
-        points = curve.keyframe_points
-        points.clear()
-        points.add(len(self.at))
-        for name, value in self.values.items():
-            points.foreach_set(name, value.ravel())
-        curve.update()
+    return [CurveKeys.linear(times, np.array([curve.evaluate(time) for time in times]))]
