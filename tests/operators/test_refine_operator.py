@@ -15,7 +15,7 @@ import samp_blender
 from samp_blender.operators import refine as operator
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.blender import compat
-from samp_blender.samp_addon.blender.actions import keyframes, notes, refine_action, rekeying
+from samp_blender.samp_addon.blender.actions import curve_keys, keyframes, notes, refine_action, rekeying
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.thread_run import Cancelled
@@ -72,7 +72,7 @@ def kept(action, owner):
     """Return the content of an Action for an armature, bit for bit."""
     curves = []
     for curve in compat.curves(action, owner):
-        keys = rekeying._Keys.of(curve).values
+        keys = curve_keys.CurveKeys.of(curve).values
         data = [(name, value.tobytes()) for name, value in keys.items()]
         curves.append((curve.data_path, curve.array_index, curve.extrapolation, len(curve.modifiers), data))
     notes = {key: str(getattr(value, "to_dict", lambda v=value: v)()) for key, value in action.items()}
@@ -379,7 +379,7 @@ def test_a_failure_while_writing_leaves_nothing_behind(owner, monkeypatch):
     def fail(*arguments):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(rekeying._Keys, "replace_in", fail)
+    monkeypatch.setattr(curve_keys.CurveKeys, "replace_in", fail)
     with pytest.raises(ZeroDivisionError):
         run()
     assert list(bpy.data.actions) == [old] and kept(old, owner) == before and action_of(owner) == old
