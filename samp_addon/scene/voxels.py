@@ -16,13 +16,15 @@ FEATURES = 4 * CELLS
 SAMPLES_PER_CELL_SIDE = 16
 """Surface samples along the side of a cell; the closest select the triangles for the exact distance."""
 MAX_SAMPLES = 65_536
+AROUND_LOW, AROUND_HIGH = (-0.7, 0.0, -0.9), (0.7, 1.4, 0.9)
+"""Metres. Corners of the box around a goal: left of it, over the floor, and in front of it. A lying body fits in."""
 THINNEST_SIDE = 1e-4
 """Metres. The box of a flat object (a rug, a plane) has at least this thickness."""
 
 
 @dataclass(frozen=True)
 class InteractionGrid:
-    """8 x 8 x 8 cells over an object's bounding box, rotated about the vertical by ``yaw``.
+    """8 x 8 x 8 cells over an object's bounding box, or over a box around a goal, rotated about the vertical.
 
     centres: (512, 3) cell centres in the network's world frame, metres, in the order x, y, z of the box
     (z varies fastest). occupancy: (512,) from 0 to 1: max(0, 1 - distance to the surface / largest cell side).
@@ -40,21 +42,42 @@ class InteractionGrid:
         """Build the grid of triangles (F, 3, 3), network frame. Raises SampError that names an unusable object."""
         triangles = np.asarray(triangles, dtype=np.float64)
         area = geometry.require_surface(triangles, name)
-        axes = frames.yawed_axes(yaw)
-        local = triangles @ axes
+        local = triangles @ frames.yawed_axes(yaw)
         low, high = geometry.bounds(local)
-        size = np.maximum(high - low, THINNEST_SIDE)
+        return cls._filled(local, low, np.maximum(high - low, THINNEST_SIDE), yaw, area)
+
+    @classmethod
+    def around(
+        cls, triangles: np.ndarray, position: np.ndarray, yaw: float, floor: float = 0.0
+    ) -> InteractionGrid:
+        """Build the grid of what triangles (F, 3, 3) have around a goal, network frame.
+
+        position: (3,) of the goal, whose height is ignored. yaw: facing of the goal, radians. floor: height of the
+        floor, metres. The box has the same size for all objects; what is outside of it is left out.
+        """
+        axes = frames.yawed_axes(yaw)
+        local = np.asarray(triangles, dtype=np.float64) @ axes
+        origin = np.array([position[0], floor, position[2]]) @ axes
+        low, high = origin + AROUND_LOW, origin + AROUND_HIGH
+        size = high - low
+        reach = size.max() / RESOLUTION
+        near = (local.max(1) >= low - reach).all(1) & (local.min(1) <= high + reach).all(1)
+        area = geometry.areas(local[near])
+        return cls._filled(local[near][area > 0], low, size, yaw, area[area > 0])
+
+    @classmethod
+    def _filled(
+        cls, local: np.ndarray, low: np.ndarray, size: np.ndarray, yaw: float, area: np.ndarray
+    ) -> InteractionGrid:
+        """Build the grid of a box from its lowest corner and its size, from triangles along its axes."""
         cells = low + (_unit_cells() + 0.5) * (size / RESOLUTION)
         largest = size.max() / RESOLUTION
-        distance = surface_distance(cells, local, largest / SAMPLES_PER_CELL_SIDE, area)
-        back = axes.T
-        return cls(
-            centres=cells @ back,
-            occupancy=np.maximum(0.0, 1.0 - distance / largest),
-            yaw=float(yaw),
-            centre=(low + size / 2) @ back,
-            size=size,
-        )
+        occupancy = np.zeros(CELLS)
+        if len(local):
+            distance = surface_distance(cells, local, largest / SAMPLES_PER_CELL_SIDE, area)
+            occupancy = np.maximum(0.0, 1.0 - distance / largest)
+        back = frames.yawed_axes(yaw).T
+        return cls(cells @ back, occupancy, float(yaw), (low + size / 2) @ back, size)
 
     @property
     def cell_size(self) -> np.ndarray:

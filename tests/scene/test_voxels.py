@@ -156,3 +156,23 @@ def test_real_furniture(kind):
     grid = InteractionGrid.build(library.read_glb(path), 0.0, path.stem)
     assert np.isfinite(grid.centres).all() and grid.occupancy.min() >= 0 and grid.occupancy.max() <= 1
     assert (grid.occupancy > 0).mean() > 0.2
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, 2.4])
+def test_a_grid_around_a_goal_moves_and_turns_with_it(yaw):
+    """A goal on a sofa that is moved, turned and raised with its floor sees the same cells."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    here = InteractionGrid.around(layouts.sofa(), np.array([0.3, 0.5, 0.0]), 0.2)
+    place = turn @ [0.3, 0.5, 0.0] + [2.0, 1.0, -1.0]
+    there = InteractionGrid.around(layouts.sofa() @ turn.T + [2.0, 1.0, -1.0], place, 0.2 + yaw, floor=1.0)
+    np.testing.assert_allclose(here.occupancy, there.occupancy, atol=1e-6)
+    np.testing.assert_allclose(
+        (here.centres - [0.3, 0, 0]) @ turn.T, there.centres - place + [0, 0.5, 0], atol=1e-6
+    )
+    assert 0.9 < here.occupancy.max() <= 1 and here.size == pytest.approx([1.4, 1.4, 1.8])
+
+
+def test_a_grid_around_a_goal_far_from_the_object_is_empty():
+    grid = InteractionGrid.around(layouts.sofa(), np.array([9.0, 0.5, 9.0]), 0.0)
+    assert not grid.occupancy.any() and np.isfinite(grid.centres).all()

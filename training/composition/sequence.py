@@ -78,11 +78,16 @@ def _more(sequences: list[Sequence]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def save(
-    path: Path, sequences: list[Sequence], pieces: dict[str, np.ndarray], mirrored: bool = False
+    path: Path,
+    sequences: list[Sequence],
+    pieces: dict[str, np.ndarray],
+    mirrored: bool = False,
+    goal_grid: bool = False,
 ) -> None:
     """All sequences and the pieces' grids in one compact file: quaternions as int16.
 
-    mirrored: the mirror image of every sequence belongs to the set and is added when the file is read.
+    mirrored: the mirror image of every sequence belongs to the set and is added when the file is read. goal_grid:
+    whether the grids are drawn around the goals.
     """
     lengths = np.array([len(s) for s in sequences])
     more_pieces, more_placements = _more(sequences)
@@ -98,6 +103,7 @@ def save(
         more_pieces=more_pieces,
         more_placements=more_placements,
         mirrored=np.array(mirrored),
+        goal_grid=np.array(goal_grid),
         postures=np.array([s.posture for s in sequences], dtype=np.float32).reshape(-1, len(POSTURE_NAMES)),
         open_ends=np.array([(s.open_start, s.open_end) for s in sequences]),
         root=cat(lambda s: s.root, np.float32),

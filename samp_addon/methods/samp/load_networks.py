@@ -73,8 +73,9 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
         except KeyError as error:
             raise weights.missing_tensor(error.args[0], path) from error
         net.drop_encoder()
-        # Weights trained without a held part of z may lack the count.
+        # Weights of earlier trainings may lack these.
         tensors.setdefault("held", torch.zeros_like(net.held))
+        tensors.setdefault("goal_grid", torch.zeros_like(net.goal_grid))
         weights.fill(net, tensors, path)
         return MotionNetwork(net.eval(), start_heights.float(), start_rotations.float())
 

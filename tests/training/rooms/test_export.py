@@ -1,4 +1,4 @@
-"""A corpus exported for MotionNet: sits with their goals where the pelvis rests, walks between, one grid a piece."""
+"""A corpus exported for MotionNet: sits with goals where the pelvis rests and grids around them, walks between."""
 
 import numpy as np
 import pytest
@@ -67,10 +67,16 @@ def test_the_goal_is_where_the_pelvis_rests_on_its_piece(corpus, tmp_path):
         rests = goal[first + int(lengths[number]) // 2]
         np.testing.assert_allclose(rests[:3], [PLACE[0], 0.63, PLACE[2]], atol=0.02)
         assert made["goal_action"][first + int(lengths[number]) // 2] == 3
-        np.testing.assert_allclose(made["placements"][number], PLACE[[0, 2, 3]], atol=1e-6)
-        # The grid is in the piece's own frame: 0.5 m deep, 0.4 m wide.
-        size = np.ptp(made["piece_centres"][made["pieces"][number]], axis=0)
-        np.testing.assert_allclose(size, np.array([0.4, 0.45, 0.5]) * 7 / 8, atol=1e-3)
+        np.testing.assert_allclose(made["placements"][number], [PLACE[0], PLACE[2], 0.0], atol=0.02)
+        assert bool(made["goal_grid"])
+        # The body faces +Z from the middle of the grid; the chair, turned by a quarter, reaches 0.3 m to its right.
+        centres, occupancy = (
+            made[f"piece_{name}"][made["pieces"][number]] for name in ("centres", "occupancy")
+        )
+        np.testing.assert_allclose(np.ptp(centres, axis=0), np.array([1.4, 1.4, 1.8]) * 7 / 8, atol=1e-5)
+        full = centres[occupancy > 0.7]
+        assert full[:, 0].min() < -0.25 and full[:, 0].max() < 0.3 and np.abs(full[:, 2]).max() < 0.35
+        assert 0.2 < full[:, 1].max() < 0.6 and not occupancy[centres[:, 1] > 0.8].any()
 
 
 def test_a_body_is_carried_back_to_the_default_human():

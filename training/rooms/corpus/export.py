@@ -2,7 +2,8 @@
 
 python -m samp_blender.training.rooms.corpus.export --output cache/rooms --to motion.npz --frames 600000
 
-Goals of sits and lies lie where the pelvis really rests; the furniture of each is the piece in use. Bodies are carried
+Goals of sits and lies lie where the pelvis really rests; the voxel grid of each is drawn around its goal, from the
+piece in use. Bodies are carried
 back to the default human, whose proportions MotionNet learns.
 """
 
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....samp_addon import frames
 from ....samp_addon.evaluation import rest_posture
 from ....samp_addon.motion import Motion
 from ....samp_addon.refine.feet.foot_lock import CAPTURED, lock_feet
@@ -35,27 +37,19 @@ ACTIONS = {"sit": 3, "lie": 4}
 
 @dataclass
 class Grids:
-    """Voxel grids of the pieces of furniture, by name; numbers in the order in which they are first used."""
+    """Voxel grids of the furniture around each goal."""
 
-    numbers: dict[str, int] = field(default_factory=dict)
     centres: list[np.ndarray] = field(default_factory=list)
     occupancy: list[np.ndarray] = field(default_factory=list)
 
-    def number(self, room: Room, item: int) -> int:
-        """Number of the piece that is item ``item`` of a room."""
-        name = room.names[item]
-        if name not in self.numbers:
-            x, y, z, yaw = room.places[item]
-            away = room.triangles[room.objects == item] - [x, y, z]
-            c, s = np.cos(yaw), np.sin(yaw)
-            own = np.stack(
-                [away[..., 0] * c - away[..., 2] * s, away[..., 1], away[..., 0] * s + away[..., 2] * c], -1
-            )
-            grid = InteractionGrid.build(own, yaw=0.0)
-            self.numbers[name] = len(self.centres)
-            self.centres.append(grid.centres.astype(np.float32))
-            self.occupancy.append(grid.occupancy.astype(np.float32))
-        return self.numbers[name]
+    def add(self, room: Room, item: int, place: tuple[float, float, float]) -> int:
+        """Add the grid of item ``item`` of a room around a goal at a place (x, z, yaw); return its number."""
+        x, z, yaw = place
+        away = room.triangles[room.objects == item] - [x, 0.0, z]
+        grid = InteractionGrid.around(away @ frames.yawed_axes(yaw), np.zeros(3), yaw=0.0)
+        self.centres.append(grid.centres.astype(np.float32))
+        self.occupancy.append(grid.occupancy.astype(np.float32))
+        return len(self.centres) - 1
 
     def arrays(self) -> dict[str, np.ndarray]:
         """centres (P, 512, 3) and occupancy (P, 512)."""
@@ -139,11 +133,11 @@ def _sequence(
     if count > end + 20:
         leave = end - int(rng.integers(0, min(12, end - seated + 1)))
         goal[leave:], action[leave:] = way_points(root, yaw, labels, leave, count, rng)
-    x, _, z, turned = room.places[part.item]
+    place = (float(goal[seated, 0]), float(goal[seated, 2]), float(facing))
+    posture = rest_posture.shares(Motion(root, rotations), kind, still)
     return Sequence(
-        kind, root, rotations, labels, goal=goal, goal_action=action, piece=grids.number(room, part.item),
-        placement=(float(x), float(z), float(turned)),
-        posture=rest_posture.shares(Motion(root, rotations), kind, still), **common,
+        kind, root, rotations, labels, goal=goal, goal_action=action, piece=grids.add(room, part.item, place),
+        placement=place, posture=posture, **common,
     )  # fmt: skip
 
 
@@ -176,7 +170,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
     made, grids = export(store.Corpus(options.output), options.split, options.frames, options.seed)
-    save(options.to, made, grids.arrays(), mirrored=True)
+    save(options.to, made, grids.arrays(), mirrored=True, goal_grid=True)
     kinds = sorted({s.kind for s in made})
     print(
         {

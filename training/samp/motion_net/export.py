@@ -66,9 +66,8 @@ def main() -> None:
     parser.add_argument("--last", action="store_true", help="the last weights, not their running average")
     options = parser.parse_args()
     body = torch.load(options.work / "checkpoint.pt", map_location="cpu", weights_only=True)
-    tensors = {
-        k: v for k, v in body["net"].items() if k.startswith(("input_", "target_", "object_")) or k == "held"
-    }
+    buffers = ("input_", "target_", "object_", "posture_", "held", "goal_grid")
+    tensors = {k: v for k, v in body["net"].items() if k.startswith(buffers)}
     learnt = body["net" if options.last else "average"]
     tensors |= {k: v for k, v in learnt.items() if k.startswith("decoder.")}
     heights, poses = start_poses(options.mocap)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .... import frames
 from ....scene.geometry import sample_surface
 from ....scene.voxels import InteractionGrid
 from ....vocabulary import POSTURE_NAMES, SEATED
@@ -67,7 +68,7 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
         pick = request.seed % len(heights)
         root = np.array([*request.start_position[[0, 2]], request.start_yaw])
         starts.append(Start.standing(float(heights[pick]), poses[pick].double().numpy(), root))
-    centres, occupancy = _objects(takes)
+    centres, occupancy = _objects(takes, bool(net.goal_grid))
     tensor = lambda values: torch.as_tensor(np.asarray(values), dtype=torch.float32)
     return Rollout(
         net, starts, tensor(centres), tensor(occupancy),
@@ -103,10 +104,10 @@ def _plan(request: Request, points: np.ndarray | None) -> PlannedTake:
     return PlannedTake(request, route, front=front, top=top)
 
 
-def _objects(takes: Sequence[PlannedTake]) -> tuple[np.ndarray, np.ndarray]:
+def _objects(takes: Sequence[PlannedTake], goal_grid: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return the cell centres (B, 512, 3) over a floor at height 0, and the occupancy (B, 512), of the objects.
 
-    Both are zero where a take has no object.
+    Both are zero where a take has no object. goal_grid: whether the grids are drawn around the goals.
     """
     centres, occupancy = np.zeros((len(takes), 512, 3)), np.zeros((len(takes), 512))
     grids: dict[tuple[int, float], InteractionGrid] = {}
@@ -114,10 +115,16 @@ def _objects(takes: Sequence[PlannedTake]) -> tuple[np.ndarray, np.ndarray]:
         request = take.request
         if request.object_triangles is None or request.action not in SEATED:
             continue
-        key = id(request.object_triangles), request.object_yaw
-        if key not in grids:
-            grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
+        floor = float(take.route.points[-1][1])
+        if goal_grid:
+            yaw = float(frames.direction_yaw(np.asarray(request.goal.direction)))
+            grid = InteractionGrid.around(request.object_triangles, request.goal.position, yaw, floor)
+        else:
+            key = id(request.object_triangles), request.object_yaw
+            if key not in grids:
+                grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
+            grid = grids[key]
         moved = (take.front.stand_off if take.front else 0.0) * np.asarray(request.goal.direction)
-        centres[k] = grids[key].centres + moved - np.array([0.0, take.route.points[-1][1], 0.0])
-        occupancy[k] = grids[key].occupancy
+        centres[k] = grid.centres + moved - np.array([0.0, floor, 0.0])
+        occupancy[k] = grid.occupancy
     return centres, occupancy

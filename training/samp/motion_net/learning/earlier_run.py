@@ -9,21 +9,34 @@ import torch
 from .....models import weights
 from .....models.motion_net import MotionNet
 
-OWN = "posture_"  # names of buffers that come from the new training data
+OWN = ("posture_", "goal_grid")  # names of buffers that come from the new training data
+OBJECT = (
+    "object_",
+    "interaction_encoder.",
+    "decoder.interaction_encoder.",
+)  # what depends on the object's grid
 
 
 def load(net: MotionNet, path: Path) -> None:
     """Load averaged weights and normalisation: from a checkpoint, or from a folder of exported weights.
 
     The folder has motion_net.safetensors and encoder.safetensors. A network from weights without postures ignores them
-    at first. Raises WeightsError where the weights do not fit.
+    at first, and one from weights with another kind of grid ignores the object. Raises WeightsError where the weights
+    do not fit.
     """
     own = net.state_dict()
-    tensors = {name: value for name, value in _tensors(path).items() if not name.startswith(("start_", OWN))}
-    for name, value in tensors.items():
-        if name in own:
-            tensors[name] = with_postures(name, value.to(own[name]), own[name].shape)
-    weights.fill(net, tensors | {name: value for name, value in own.items() if name.startswith(OWN)}, path)
+    tensors = {name: value for name, value in _tensors(path).items() if not name.startswith("start_")}
+    kept = OWN
+    if int(tensors.get("goal_grid", 0)) != int(own["goal_grid"]):
+        kept = OWN + OBJECT
+        for name in (f"{part}4.{kind}" for part in OBJECT[1:] for kind in ("weight", "bias")):
+            own[name] = torch.zeros_like(own[name])
+    tensors = {
+        name: with_postures(name, value.to(own[name]), own[name].shape) if name in own else value
+        for name, value in tensors.items()
+        if not name.startswith(kept)
+    }
+    weights.fill(net, tensors | {name: value for name, value in own.items() if name.startswith(kept)}, path)
 
 
 def _tensors(path: Path) -> dict[str, torch.Tensor]:

@@ -31,7 +31,7 @@ class Frames:
     goal: (N, 2) x and z of the goal in force. pieces (S, K), -1 for none, their placements (S, K, 3), and
     choices (S,), the count of pieces. postures (S, 9) of the rests, in the order of POSTURE_NAMES.
     centres (P, 512, 3), occupancy (P, 512). starts: (M,) frames in which a rollout may start; until: (M,) their
-    cumulative probabilities.
+    cumulative probabilities. goal_grid: whether the grids are drawn around the goals.
     """
 
     states: torch.Tensor
@@ -50,6 +50,7 @@ class Frames:
     occupancy: torch.Tensor
     starts: torch.Tensor
     until: torch.Tensor
+    goal_grid: bool
 
     def __len__(self) -> int:
         return len(self.roots)
@@ -150,6 +151,7 @@ def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
         tensor("goal")[:, [0, 2]].clone(), on(pieces).long(), on(places).float(),
         on((pieces >= 0).sum(1).clip(1)), tensor("postures"),
         tensor("piece_centres"), tensor("piece_occupancy"), on(starts), on(until),
+        bool(raw["goal_grid"]),
     )  # fmt: skip
 
 
@@ -161,6 +163,7 @@ def with_defaults(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         "more_pieces": np.full((count, 0), -1),
         "more_placements": np.zeros((count, 0, 3), np.float32),
         "mirrored": np.array(False),
+        "goal_grid": np.array(False),
         "postures": np.zeros((count, len(POSTURE_NAMES)), np.float32),
     } | raw
 
@@ -182,7 +185,7 @@ def _with_mirror_images(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     # Cells are in the order of the box's axes, so the x axis of the mirrored box is reversed.
     other["piece_centres"] = (raw["piece_centres"].reshape(*grid, 3)[:, ::-1] * across).reshape(count, -1, 3)
     other["piece_occupancy"] = raw["piece_occupancy"].reshape(grid)[:, ::-1].reshape(count, -1)
-    return {name: values if name == "mirrored" else np.concatenate([values, other[name]])
+    return {name: values if name in ("mirrored", "goal_grid") else np.concatenate([values, other[name]])
             for name, values in raw.items()}  # fmt: skip
 
 

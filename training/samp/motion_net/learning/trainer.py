@@ -43,6 +43,7 @@ class Trainer:
         self.frames, self.schedule, self.device = frames, schedule, frames.device
         self.net = NETWORKS[schedule.network](schedule.hidden, POSTURES).to(self.device)
         self.net.held.fill_(schedule.held)
+        self.net.goal_grid.fill_(int(frames.goal_grid))
         for name, values in zip(("rows", "shares"), frames.posture_shares(POSTURE_ROWS), strict=True):
             getattr(self.net, f"posture_{name}").copy_(values)
         self._measure_statistics()
