@@ -190,7 +190,7 @@ class Scene:
 
     def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
         """Whether walkable ground of the main part is near a place (2,)."""
-        return float(np.linalg.norm(self.free[:, [0, 2]] - place, axis=-1).min()) < within
+        return float(np.linalg.norm(self.free[:, [0, 2]] - place, axis=-1).min(initial=np.inf)) < within
 
     def depth(self, root: np.ndarray, rotations: np.ndarray, without: int | None = None) -> np.ndarray:
         """How deep surfaces lie in the flesh, metres (K,), of every STEP-th frame; ``without`` those of one piece."""
