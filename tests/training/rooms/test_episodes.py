@@ -6,6 +6,7 @@ from room_clips import small_bank
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.training.rooms.episodes import bank as banks
 from samp_blender.training.rooms.episodes import blending, bodies, captured, generation, matching, route
+from samp_blender.training.rooms.episodes.scene import Scene
 from samp_blender.training.rooms.episodes.search import Search
 
 SIT = banks.LABELS.index("sit")
@@ -104,3 +105,13 @@ def test_deviation_is_that_of_the_most_different_joint(frames):
     rotations[2, wrist] = rotation.multiply(turn, rotations[2, wrist])
     found = captured.deviation(frames, rotations, np.array([40, 41, 42, -1]))
     assert found[0] <= 1 and found[1] == 8 and found[2] <= 1 and found[3] == captured.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    "free, reachable", [(np.zeros((0, 3)), False), ([[1.0, 0.0, 2.3]], True), ([[1.0, 0.0, 3.0]], False)]
+)
+def test_a_place_is_reachable_from_free_floor_near_it(free, reachable):
+    """A room that is full of furniture has no free floor at all."""
+    scene = Scene.__new__(Scene)
+    scene.free = np.array(free)
+    assert scene.reachable(np.array([1.0, 2.0])) == reachable
