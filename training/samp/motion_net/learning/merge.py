@@ -40,7 +40,9 @@ def joined(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.n
         raise ValueError("one of the two sets is mirrored when it is read and the other is not")
     furnished = [one for one in (a, b) if (one["pieces"] >= 0).any()]
     if len({bool(one["goal_grid"]) for one in furnished}) > 1:
-        raise ValueError("the grids of one set are drawn around goals and those of the other over whole objects")
+        raise ValueError(
+            "the grids of one set are drawn around goals and those of the other over whole objects"
+        )
     count, most = len(a["piece_centres"]), max(a["more_pieces"].shape[1], b["more_pieces"].shape[1])
     out = {}
     for name in OF_FRAMES + OF_SEQUENCES + OF_PIECES:
