@@ -10,7 +10,7 @@ import bpy
 from ..blender.scene import candidates
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import buttons, job_from_settings, method_options
+from . import buttons, job_from_settings, method_options, next_step
 from .settings import SHAPES
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
@@ -42,6 +42,7 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         settings, layout = context.scene.samp, self.layout
+        layout.label(text=next_step.sentence(context), icon="INFO")
         column = layout.column(align=True)
         column.prop(settings, "character", text="", icon="ARMATURE_DATA", placeholder="Character")
         if settings.character is None:

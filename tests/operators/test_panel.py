@@ -107,6 +107,30 @@ def test_button_label_follows_the_action(action, word):
     assert f"samp.generate {word}" in drawn(panel.SAMP_PT_panel)
 
 
+def test_the_first_line_says_what_to_do_next(monkeypatch):
+    said = lambda: drawn(panel.SAMP_PT_panel)[0]
+    settings, sofa = bpy.context.scene.samp, bpy.data.objects["Sofa"]
+    assert said() == "Press Sit Here"
+    sofa.select_set(False)
+    bpy.context.view_layer.objects.active = None
+    assert said() == "Select a chair, sofa or bench"
+    settings.action = "lie"
+    assert said() == "Select a bed or sofa"
+    bpy.ops.mesh.primitive_plane_add(size=6)
+    assert said() == "'Plane' is a floor: select a bed or sofa"
+    settings.action = "walk"
+    assert said() == "Press Walk Here"
+    settings.action, settings.target = "sit", sofa
+    assert said() == "Press Sit Here"
+    settings.character = character.create_character(bpy.context)
+    take = baked(settings.character)
+    assert said() == "Press again for another take, or Refine this one"
+    notes.write_measures(take, {"position_error_cm": 15.0})
+    assert said().startswith("See the line under Takes")
+    monkeypatch.setattr(running_work, "current", lambda: RunningWork("Sit Here", "generate"))
+    assert said().startswith("Esc stops it")
+
+
 def test_button_is_disabled_with_a_reason_without_a_seat():
     settings = bpy.context.scene.samp
     assert bpy.ops.samp.generate.poll()

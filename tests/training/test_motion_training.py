@@ -253,6 +253,10 @@ def test_merging_kinds_of_two_sets(path):
     assert np.array_equal(both["root"][FRAMES:], raw["root"][:FRAMES])
     with pytest.raises(ValueError, match="mirror"):
         merge.joined(walk, sit | {"mirrored": np.array(False)})
+    around = sit | {"goal_grid": np.array(True)}
+    assert merge.joined(walk, around)["goal_grid"], "a walk has no furniture"
+    with pytest.raises(ValueError, match="drawn around goals"):
+        merge.joined(around, sit)
 
 
 def test_weights_are_split_and_assembled(data, tmp_path, monkeypatch):

@@ -35,10 +35,14 @@ def chosen(raw: dict[str, np.ndarray], keep: np.ndarray) -> dict[str, np.ndarray
 
 
 def joined(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Concatenate two sets. Raises ValueError if only one of them is to be mirrored, or has grids around goals."""
-    for name in ("mirrored", "goal_grid"):
-        if bool(a[name]) != bool(b[name]):
-            raise ValueError(f"'{name}' differs between the two sets")
+    """Concatenate two sets. Raises ValueError if only one of them is to be mirrored, or if their grids differ."""
+    if bool(a["mirrored"]) != bool(b["mirrored"]):
+        raise ValueError("one of the two sets is mirrored when it is read and the other is not")
+    furnished = [one for one in (a, b) if (one["pieces"] >= 0).any()]
+    if len({bool(one["goal_grid"]) for one in furnished}) > 1:
+        raise ValueError(
+            "the grids of one set are drawn around goals and those of the other over whole objects"
+        )
     count, most = len(a["piece_centres"]), max(a["more_pieces"].shape[1], b["more_pieces"].shape[1])
     out = {}
     for name in OF_FRAMES + OF_SEQUENCES + OF_PIECES:
@@ -49,7 +53,7 @@ def joined(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.n
         if name in ("pieces", "more_pieces"):
             second = np.where(second < 0, -1, second + count)
         out[name] = np.concatenate([first, second])
-    return out | {"mirrored": a["mirrored"], "goal_grid": a["goal_grid"]}
+    return out | {"mirrored": a["mirrored"], "goal_grid": (furnished or [a])[0]["goal_grid"]}
 
 
 def _padded(values: np.ndarray, most: int, fill: int) -> np.ndarray:
