@@ -72,10 +72,10 @@ class SubGoalBodies:
     def posed(self, place: Place, pose: Motion) -> Motion:
         """Return a pose of one frame, default proportions, at a place: turned to its facing, and at the height at which
         it stands on the floor, or touches what carries it."""
-        height, hands = float(place.floor[1]), hand_poses.code("relaxed")
+        height, hands = float(place.floor[1]), hand_poses.read_hands(pose.rotations)[0]
         figure = Figure(place.pelvis, pose.rotations[0, :22], hands, self.betas, height)
         turns = figure.rotations.copy()
-        turns[0] = rotation.multiply(rotation.about_y(place.yaw - figure.yaw), turns[0])
+        turns[0] = rotation.multiply(rotation.about_y(place.yaw - figure.facing(place.action)), turns[0])
         figure = Figure(place.pelvis, turns, hands, self.betas, height)
         if place.action in SEATED:
             figure = _settled([figure], self.surfaces.field, height)[0][0]
@@ -97,9 +97,10 @@ def choose(
     from .networks import Wanted
 
     gait = np.zeros(2) if phase is None else np.array([np.cos(phase), np.sin(phase)])
-    wanted = Wanted(place.pelvis, place.yaw, float(place.floor[1]), betas, gait)
+    wanted = Wanted(place.action, place.pelvis, place.yaw, float(place.floor[1]), betas, gait)
     cloud = surfaces.cloud(place.pelvis[None], AROUND, wanted.level, int(rng.integers(2**31)))
-    drawn = networks.sample_bodies(wanted, cloud, tools.body_noise(rng, draws, scale))
+    noise, turns = tools.body_noise(rng, draws, scale), tools.body_turns(rng, draws)
+    drawn = networks.sample_bodies(wanted, cloud, noise, turns)
     resting = place.action in SEATED
     if resting:
         figures, costs = _settled(drawn, surfaces.field, float(place.floor[1]))
