@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import rotation
+from ..body.hands import complete
 from ..clock import Clock
 from ..easing import smoothstep
 from ..methods.method import Method
@@ -81,6 +82,8 @@ def joined(takes: Sequence[Take]) -> Take:
 
 def _append(first: Motion, second: Motion) -> Motion:
     """Return both motions in a row; the offset of the second at the join fades out."""
+    if first.rotations.shape[1] != second.rotations.shape[1]:  # a method with hands after one without
+        first, second = (replace(m, rotations=complete(m.rotations)) for m in (first, second))
     ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
     root, faded = _faded(second, ahead, first.rotations[-1])
     rotations = np.concatenate([first.rotations, faded])

@@ -122,7 +122,7 @@ def use_pose(context: bpy.types.Context, arrow: bpy.types.Object, here: bool = F
         arrow.matrix_world = before
         context.view_layer.update()
         raise
-    body = Motion(pose.root, pose.rotations[:, : skeleton.BODY_COUNT]) if here else tools.posed(place, pose)
+    body = Motion(pose.root, pose.rotations) if here else tools.posed(place, pose)
     arrow[stored.PINNED_KEY] = True
     stored.store(context, arrow, body, place.action)
 

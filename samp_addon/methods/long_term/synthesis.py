@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import skeleton
 from ...body import betas as shapes
 from ...body import hand_poses
 from ...motion import Motion
@@ -129,8 +130,14 @@ class Synthesis:
 
 def last_figure(motion: Motion, betas: np.ndarray, level: float) -> Figure:
     """Return the body in which a take ends."""
-    rotations = motion.rotations[-1, :22]
-    return Figure(motion.root[-1], rotations, hand_poses.code("relaxed"), betas, level)
+    rotations = motion.rotations[-1:]
+    return Figure(
+        motion.root[-1],
+        rotations[0, : skeleton.BODY_COUNT],
+        hand_poses.read_hands(rotations)[0],
+        betas,
+        level,
+    )
 
 
 def default_betas() -> np.ndarray:
