@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import rotation
+from ..body import human
 from ..body.hands import complete
 from ..clock import Clock
 from ..easing import smoothstep
@@ -21,7 +22,7 @@ from ..methods.step import Step
 from ..methods.take import Failure, Take
 from ..motion import Motion
 from ..progress import Progress, SubProgress
-from . import attempts
+from . import attempts, other_body
 
 FADE = 12
 """Frames in which the offset at a joint between two steps fades out."""
@@ -44,6 +45,8 @@ def generate(
         view = replace(scene, after=after or scene.after)
         takes, failed = attempts.generate(method, step, view, list(done), part)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]
+        # A method makes bodies of proportions that it knows; steps go on in the default ones.
+        takes = [other_body.fitted(take, human.load()) for take in takes]
         done = {take.seed: [*done[take.seed], take] for take in takes}
         if not done:
             break

@@ -11,7 +11,7 @@ from ..blender.sub_goals import arrows
 from ..errors import SampError
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import method_options, sub_goal_settings
+from . import body_settings, method_options, sub_goal_settings
 
 if TYPE_CHECKING:
     from ..pipeline.job import Job
@@ -58,7 +58,7 @@ def job(context: bpy.types.Context, name: str = "") -> Job:
     if not method.actions:
         return Job(action="", **own, **common(settings))
     if sub_goals(context, name):
-        character = {"character": sub_goal_settings.owner(context).name}
+        character = {"character": sub_goal_settings.owner(context).name, "shape": {}}
         return Job(action="", **own, **common(settings) | character)
     target = settings.target.name if settings.target else ""
     if not target and settings.action in SEATED:
@@ -90,18 +90,33 @@ def job_of_steps(context: bpy.types.Context) -> Job:
     settings, rows = context.scene.samp, []
     if not settings.steps:
         raise SampError("There are no steps; add one first.")
+    shared = common(settings)
     for number, step in enumerate(settings.steps, start=1):
+        method = registry.find(step.method)
+        own = {"method": method.name, "settings": method_options.values(settings, method)}
+        if not step_has_action(context, step):
+            rows.append({"action": "", **own})
+            if sub_goals(context, method.name):
+                shared |= {"character": sub_goal_settings.owner(context).name, "shape": {}}
+            continue
         if step.target is None and step.action in SEATED:
             raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
         target = step.target.name if step.target else ""
-        rows.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
-    return Job(**rows[0], **common(settings), then=tuple(Step(**row) for row in rows[1:]))
+        to = None if target else tuple(step.place)
+        rows.append({"action": step.action, "target": target, "to": to, **own})
+    return Job(**rows[0], **shared, then=tuple(Step(**row) for row in rows[1:]))
+
+
+def step_has_action(context: bpy.types.Context, step: bpy.types.PropertyGroup) -> bool:
+    """Return whether a step has an action: not where its method takes none, or passes the character's sub-goals."""
+    return bool(registry.find(step.method).actions) and not sub_goals(context, step.method)
 
 
 def common(settings: bpy.types.PropertyGroup) -> dict:
     """Return the options common to all jobs."""
     return {
         "character": character_name(settings),
+        "shape": {} if settings.character else body_settings.values(settings),
         "seed": settings.seed,
         "variants": settings.variants,
         "hold": settings.hold,

@@ -77,7 +77,7 @@ class Planner:
         return synthesis.Synthesis(
             self.networks,
             Surfaces(self.scene.geometry.triangles, self.mesh),
-            synthesis.default_betas(),
+            synthesis.known_betas(self.scene.betas),
             bodies.noise_scale(self.step.style),
             self.step.speed,
             self.settings["pause"],
@@ -92,7 +92,7 @@ class Planner:
         return self._figure(take.motion, float(take.floor_end[1]))
 
     def _figure(self, motion: Motion, level: float) -> Figure:
-        return synthesis.last_figure(motion, synthesis.default_betas(), level)
+        return synthesis.last_figure(motion, synthesis.known_betas(self.scene.betas), level)
 
     def _legs(
         self, draw: Draw, clock: Clock, figure: Figure | None
