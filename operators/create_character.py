@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
 
-from ..samp_addon.ui import body_settings
+from ..samp_addon.blender.character import measures
 from . import outcome
 
 SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
@@ -40,7 +40,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
     thin: _shape("Thin", "Weight of a thin figure")
     muscular: _shape("Muscular", "Weight of a muscular figure")
     elder: _shape("Elder", "Weight of an elderly figure")
-    __annotations__ |= body_settings.of_operator()
+    __annotations__ |= measures.of_operator()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -58,7 +58,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
         from ..samp_addon.blender.overlays import start_marker
 
         shapes = character.shapes_for(
-            body_settings.of_properties(self), {name: getattr(self, name) for name in SHAPES}
+            measures.of_properties(self), {name: getattr(self, name) for name in SHAPES}
         )
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
         start_marker.show(context, made)

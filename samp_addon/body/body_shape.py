@@ -37,15 +37,14 @@ class Measure:
     low: float
     high: float
     usual: float | None
-    help: str
 
 
 MEASURES: dict[str, Measure] = {
-    "height": Measure(" m", 1.5, 2.0, None, "Height from the soles to the top of the head, metres"),
-    "weight": Measure(" kg", 35.0, 160.0, None, "Weight, kilogrammes"),
-    "muscle": Measure("", 0.0, 1.0, 0.0, "Muscles, from 0 for ordinary ones to 1 for strong ones"),
-    "age": Measure(" years", 18.0, 100.0, YOUNG, "Age, years"),
-    "gender": Measure("", 0.0, 1.0, 0.5, "Gender, from 0 for a female figure to 1 for a male one"),
+    "height": Measure(" m", 1.5, 2.0, None),
+    "weight": Measure(" kg", 35.0, 160.0, None),
+    "muscle": Measure("", 0.0, 1.0, 0.0),
+    "age": Measure(" years", 18.0, 100.0, YOUNG),
+    "gender": Measure("", 0.0, 1.0, 0.5),
 }
 
 

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..blender.character import measures
 from ..blender.scene import candidates
 from ..blender.sub_goals import arrows
 from ..errors import SampError
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import body_settings, method_options, sub_goal_settings
+from . import method_options, sub_goal_settings
 
 if TYPE_CHECKING:
     from ..pipeline.job import Job
@@ -92,7 +93,7 @@ def job_of_steps(context: bpy.types.Context) -> Job:
         raise SampError("There are no steps; add one first.")
     shared = common(settings)
     for number, step in enumerate(settings.steps, start=1):
-        method = registry.find(step.method)
+        method = registry.find(step.method or registry.DEFAULT)
         own = {"method": method.name, "settings": method_options.values(settings, method)}
         if not step_has_action(context, step):
             rows.append({"action": "", **own})
@@ -109,14 +110,15 @@ def job_of_steps(context: bpy.types.Context) -> Job:
 
 def step_has_action(context: bpy.types.Context, step: bpy.types.PropertyGroup) -> bool:
     """Return whether a step has an action: not where its method takes none, or passes the character's sub-goals."""
-    return bool(registry.find(step.method).actions) and not sub_goals(context, step.method)
+    name = step.method or registry.DEFAULT  # empty where the method is not installed any more
+    return bool(registry.find(name).actions) and not sub_goals(context, name)
 
 
 def common(settings: bpy.types.PropertyGroup) -> dict:
     """Return the options common to all jobs."""
     return {
         "character": character_name(settings),
-        "shape": {} if settings.character else body_settings.values(settings),
+        "shape": {} if settings.character else measures.values(settings),
         "seed": settings.seed,
         "variants": settings.variants,
         "hold": settings.hold,

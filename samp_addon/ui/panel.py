@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import bpy
 
+from ..blender.character import measures
 from ..blender.scene import candidates
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import body_settings, buttons, job_from_settings, method_options
+from . import buttons, job_from_settings, method_options
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
 GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
@@ -45,7 +46,7 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         column.prop(settings, "character", text="", icon="ARMATURE_DATA", placeholder="Character")
         if settings.character is None:
             made = column.operator("samp.create_character", icon="ADD")
-            for name, value in body_settings.values(settings).items():
+            for name, value in measures.values(settings).items():
                 setattr(made, name, value)
         if len(registry.METHODS) > 1:
             layout.prop(settings, "method")
@@ -73,7 +74,7 @@ class SAMP_PT_shape(InPanel, bpy.types.Panel):
         return context.scene.samp.character is None
 
     def draw(self, context: bpy.types.Context) -> None:
-        body_settings.draw(self.layout, context.scene.samp)
+        measures.draw(self.layout, context.scene.samp)
 
 
 class SAMP_PT_options(InPanel, bpy.types.Panel):

@@ -13,9 +13,10 @@ from bpy.props import (
     PointerProperty,
 )
 
+from ..blender.character import measures
 from ..blender.scene import candidates
 from ..blender.sub_goals import arrows
-from . import body_settings, job_from_settings, method_options, sub_goal_settings
+from . import job_from_settings, method_options, sub_goal_settings
 
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
@@ -192,7 +193,7 @@ _OWN = dict(SAMP_PG_settings.__annotations__)
 
 def register() -> None:
     """Add the settings to scenes, with the options of the methods that are there now."""
-    SAMP_PG_settings.__annotations__ = _OWN | body_settings.annotations() | method_options.annotations()
+    SAMP_PG_settings.__annotations__ = _OWN | measures.annotations() | method_options.annotations()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.samp = PointerProperty(type=SAMP_PG_settings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from samp_blender.samp_addon.blender.character import measures
 from samp_blender.samp_addon.body import betas, body_shape, human
 from samp_blender.samp_addon.errors import UsageError
 from samp_blender.samp_addon.methods.long_term import synthesis
@@ -78,3 +79,11 @@ def test_long_term_makes_bodies_that_it_has_learnt():
     expected = betas.from_named({"tall": bodies.MOST["tall"], "heavy": 0.2})
     np.testing.assert_allclose(synthesis.known_betas(wanted), expected)
     assert not synthesis.known_betas(None).any()
+
+
+def test_the_sliders_have_the_bounds_of_the_measures():
+    assert list(measures.LIMITS) == list(body_shape.MEASURES)
+    for name, measure in body_shape.MEASURES.items():
+        assert measures.LIMITS[name] == (measure.low, measure.high)
+        assert measures.USUAL.get(name) == measure.usual
+    assert pytest.approx(human.load().height, abs=0.01) == measures.HEIGHT

@@ -12,12 +12,12 @@ from samp_blender.operators.refine import SAMP_OT_refine
 from samp_blender.operators.show_take import SAMP_OT_show_take
 from samp_blender.samp_addon.blender import running_work
 from samp_blender.samp_addon.blender.actions import keyframes, notes
-from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.character import character, measures
 from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.takes import export, judgement, take_list
 from samp_blender.samp_addon.methods import registry
-from samp_blender.samp_addon.ui import body_settings, job_from_settings, lists, menu, panel, takes
+from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel, takes
 from samp_blender.tests.support.blender import rigs
 
 
@@ -388,14 +388,14 @@ def test_names_in_the_list_are_short(name, short):
 
 def test_the_sliders_of_the_body():
     settings = bpy.context.scene.samp
-    assert body_settings.values(settings) == {}
+    assert measures.values(settings) == {}
     settings.shape_height, settings.shape_gender = 1.8, 1.0
-    found = body_settings.values(settings)
+    found = measures.values(settings)
     assert found == pytest.approx({"height": 1.8, "muscle": 0.0, "age": 30.0, "gender": 1.0})
     settings.shape_use_weight, settings.shape_weight = True, 80.0
-    assert body_settings.values(settings)["weight"] == pytest.approx(80)
+    assert measures.values(settings)["weight"] == pytest.approx(80)
     settings.action, settings.target = "sit", bpy.data.objects["Sofa"]
-    assert job_from_settings.job(bpy.context).shape == body_settings.values(settings)
+    assert job_from_settings.job(bpy.context).shape == measures.values(settings)
     settings.character = character.create_character(bpy.context)
     assert not job_from_settings.job(bpy.context).shape
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import bpy
 from bpy.props import BoolProperty, FloatProperty
 
@@ -35,10 +38,10 @@ def annotations() -> dict[str, object]:
     return found | {f"{PREFIX}use_weight": use}
 
 
-def of_operator() -> dict[str, object]:
-    """Return the properties of an operator, where a height or a weight of 0 is the usual one."""
-    usual = {name: _usual(name) for name in ("height", "weight")}
-    return usual | {name: _property(name, value) for name, value in USUAL.items()}
+def of_operator(**options: object) -> dict[str, object]:
+    """Return the properties of an operator, where a height or a weight of 0 is the usual one. options: of them all."""
+    usual = {name: _usual(name, options) for name in ("height", "weight")}
+    return usual | {name: _property(name, value, options) for name, value in USUAL.items()}
 
 
 def values(settings: bpy.types.PropertyGroup) -> dict[str, float]:
@@ -53,7 +56,12 @@ def values(settings: bpy.types.PropertyGroup) -> dict[str, float]:
 def of_properties(operator: bpy.types.Operator) -> dict[str, float]:
     """Return the measures that an operator's properties ask for."""
     chosen = {name: round(getattr(operator, name), 4) for name in LIMITS}
-    return {name: value for name, value in chosen.items() if abs(value - USUAL.get(name, 0.0)) > 1e-4}
+    return {name: value for name, value in chosen.items() if is_set(name, value)}
+
+
+def is_set(name: str, value: float) -> bool:
+    """Return whether a value of an operator's property asks for something: not a height or a weight of 0."""
+    return value > 0 or name in USUAL
 
 
 def draw(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
@@ -71,16 +79,22 @@ def _defaults() -> dict[str, float]:
     return {"height": HEIGHT, "weight": WEIGHT, **USUAL}
 
 
-def _property(name: str, default: float) -> object:
+def _property(name: str, default: float, options: Mapping[str, object] = MappingProxyType({})) -> object:
     low, high = LIMITS[name]
     return FloatProperty(
-        name=name.capitalize(), description=HELP[name], default=default, min=low, max=high, precision=2
+        name=name.capitalize(),
+        description=HELP[name],
+        default=default,
+        min=low,
+        max=high,
+        precision=2,
+        **options,
     )
 
 
-def _usual(name: str) -> object:
+def _usual(name: str, options: Mapping[str, object]) -> object:
     low, high = LIMITS[name]
     return FloatProperty(
         name=name.capitalize(), description=f"{HELP[name]}; 0 for the usual one", default=0.0, min=0.0, soft_min=low,
-        max=high, precision=2,
+        max=high, precision=2, **options,
     )  # fmt: skip
