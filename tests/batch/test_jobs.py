@@ -77,14 +77,14 @@ def test_the_report_tells_what_the_armature_shows(start):
 
 @pytest.mark.parametrize("shape", [{"height": 1.6, "gender": 0.0}, {"height": 1.95, "weight": 100.0}])
 def test_the_human_that_is_made_has_the_shape(start, shape):
-    result = run(replace(SIT, start=start, shape=shape, variants=1))
+    result = run(Job(action="idle", start=start, shape=shape, hold=1.5))
     body = character.body_of(result.owner)
     assert body.height == pytest.approx(shape["height"], abs=0.01)
     (variant,) = result.variants
-    assert variant["shape"] == shape and variant["metrics"]["success"]
+    assert variant["shape"] == shape
     motion = keyframes.read_motion(result.owner, result.actions[0])
     skin = human.skin(body, motion.pose_slice(slice(0, 1)))
-    assert skin[..., 1].min() == pytest.approx(0.0, abs=0.02)  # the fake's legs are straight
+    assert skin[..., 1].min() == pytest.approx(0.0, abs=0.02)
 
 
 def test_the_artists_scene_is_left_alone(start):

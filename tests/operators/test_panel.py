@@ -400,8 +400,19 @@ def test_the_sliders_of_the_body():
     assert not job_from_settings.job(bpy.context).shape
 
 
-def test_steps_of_several_methods(monkeypatch):
+@pytest.fixture
+def _two_methods(monkeypatch):
+    samp_blender.unregister()
     monkeypatch.setitem(registry.METHODS, "long_term", untrained.method())
+    samp_blender.register()
+    yield
+    samp_blender.unregister()
+    monkeypatch.undo()
+    samp_blender.register()
+
+
+@pytest.mark.usefixtures("_two_methods")
+def test_steps_of_several_methods():
     settings, sofa = bpy.context.scene.samp, bpy.data.objects["Sofa"]
     for method, action in (("samp", "walk"), ("long_term", "sit")):
         bpy.ops.samp.edit_chain(change="ADD")
