@@ -5,8 +5,10 @@ from __future__ import annotations
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
 
-from ..samp_addon.ui.settings import SHAPES
+from ..samp_addon.blender.character import measures
 from . import outcome
+
+SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
 
 
 def _shape(name: str, description: str) -> object:
@@ -38,6 +40,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
     thin: _shape("Thin", "Weight of a thin figure")
     muscular: _shape("Muscular", "Weight of a muscular figure")
     elder: _shape("Elder", "Weight of an elderly figure")
+    __annotations__ |= measures.of_operator()
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -52,10 +55,11 @@ class SAMP_OT_create_character(bpy.types.Operator):
 
     def _create(self, context: bpy.types.Context) -> str:
         from ..samp_addon.blender.character import character
-
-        shapes = {name: getattr(self, name) for name in SHAPES}
         from ..samp_addon.blender.overlays import start_marker
 
+        shapes = character.shapes_for(
+            measures.of_properties(self), {name: getattr(self, name) for name in SHAPES}
+        )
         made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
         start_marker.show(context, made)
         context.scene.samp.character = context.scene.samp.character or made

@@ -33,6 +33,7 @@ class SAMP_OT_edit_chain(bpy.types.Operator):
         steps, at = settings.steps, settings.step_index
         if self.change == "ADD":
             step = steps.add()
+            step.method = settings.method
             step.action, step.target = settings.action, settings.target or self._selected_target(context)
             step.place = context.scene.cursor.location
             settings.step_index = len(steps) - 1

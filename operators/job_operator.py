@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
+from ..samp_addon.blender.character import measures
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
@@ -119,6 +120,7 @@ class OptionsOperator(JobOperator):
     start_yaw: FloatProperty(
         name="Start Facing", description="Turn to the left from facing -Y, seen from above", subtype="ANGLE"
     )
+    __annotations__ |= measures.of_operator(options={"SKIP_SAVE"})
 
     def seed_given(self) -> bool:
         return self.properties.is_property_set("seed")
@@ -128,7 +130,16 @@ class OptionsOperator(JobOperator):
         from ..samp_addon.ui import job_from_settings
 
         chosen = job_from_settings.common(context.scene.samp)
-        given = {name: getattr(self, name) for name in chosen if self.properties.is_property_set(name)}
+        own = [name for name in chosen if name != "shape"]
+        given = {name: getattr(self, name) for name in own if self.properties.is_property_set(name)}
+        if given.get("character"):
+            chosen["shape"] = {}
+        for name in measures.LIMITS:
+            if self.properties.is_property_set(name):
+                chosen["shape"][name] = round(getattr(self, name), 4)
+        chosen["shape"] = {
+            name: value for name, value in chosen["shape"].items() if measures.is_set(name, value)
+        }
         start = (*self.start, math.degrees(self.start_yaw)) if self.use_start else None
         return chosen | given | {"start": start}
 

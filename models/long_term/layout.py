@@ -61,3 +61,11 @@ def yaw_of(matrix: torch.Tensor) -> torch.Tensor:
     Defined for standing, seated and lying bodies alike; undefined only for a body on its side.
     """
     return torch.atan2(-matrix[..., 2, 0], matrix[..., 0, 0])
+
+
+def lying_yaw_of(matrix: torch.Tensor) -> torch.Tensor:
+    """Return the yaw (...) of root rotations (..., 3, 3) of lying bodies: from the head to the feet.
+
+    That of `yaw_of` for a body on its back; defined for one on its side or its belly as well.
+    """
+    return torch.atan2(-matrix[..., 0, 1], -matrix[..., 2, 1])

@@ -1,8 +1,11 @@
 """Bodies at sub-goals: the conditional VAE of section 3.2, figure 3 (a).
 
-Everything is in the sub-goal's own frame. What is given of {beta, t, r} is where the pelvis is wanted and which way it
-faces; the network returns how the real body departs from that. The paper's condition has no gait; here its two numbers
-say whether the body stands still (0, 0) or is caught in a stride.
+Everything is in the sub-goal's own frame. What is given of {beta, t, r} is about where the pelvis is and how it is
+turned, a lying body's as well; the network returns how the real body departs from that. The paper's condition has
+neither gait nor action. Here the gait's two numbers say whether the body stands still (0, 0) or is caught in a stride;
+the action is one of three, or none of them (zeros).
+
+An artist gives a facing, not r. So the weights hold a table of how captured bodies were turned in each action.
 """
 
 from __future__ import annotations
@@ -16,6 +19,9 @@ from .point_net import PointEncoder
 
 LATENT = 32
 WIDTH = 256
+ACTIONS = ("idle", "sit", "lie")
+TURNS = 128
+"""Captured bodies of each action in the table."""
 _GIVEN = TRANSLATION + ROTATION
 
 
@@ -25,22 +31,40 @@ class SubGoalNet(nn.Module):
     def __init__(self, width: int = WIDTH) -> None:
         super().__init__()
         self.scene = PointEncoder()
-        self.integrated = nn.Linear(SCENE + BETAS + _GIVEN + PHASE, width)
+        self.integrated = nn.Linear(SCENE + BETAS + _GIVEN + PHASE + len(ACTIONS), width)
         self.body = nn.Sequential(nn.Linear(BODY + BETAS, width), ResidualBlock(width), ResidualBlock(width))
         self.latent = dense(2 * width, width, 2 * LATENT)
         self.decoder = nn.Sequential(
             nn.Linear(LATENT + width, width), ResidualBlock(width), ResidualBlock(width), nn.LeakyReLU(0.2),
             nn.Linear(width, BODY),
         )  # fmt: skip
+        upright = torch.tensor([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+        self.register_buffer("turns", upright.repeat(len(ACTIONS), TURNS, 1))
+
+    def given(self, action: str, heights: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+        """Return t and r (B, 9) of captured bodies at a place.
+
+        action: one of ACTIONS. heights: (B,) of the pelvis over the floor, metres. rows: (B,) of the table, which holds
+        r as it is when the body faces +Z, and how much higher over its support the pelvis is than usual.
+        """
+        known = self.turns[ACTIONS.index(action), rows]
+        zero = torch.zeros_like(heights)
+        return torch.cat([torch.stack([zero, heights + known[:, -1], zero], -1), known[:, :-1]], -1)
 
     def condition(
-        self, cloud: torch.Tensor, betas: torch.Tensor, given: torch.Tensor, gait: torch.Tensor
+        self,
+        cloud: torch.Tensor,
+        betas: torch.Tensor,
+        given: torch.Tensor,
+        gait: torch.Tensor,
+        action: torch.Tensor,
     ) -> torch.Tensor:
         """Return the integrated feature F^hs (B, W).
 
-        cloud: (B, N, 3). betas: (B, 10). given: (B, 9), t and r. gait: (B, 2), see gait.py.
+        cloud: (B, N, 3). betas: (B, 10). given: (B, 9), t and r. gait: (B, 2), see gait.py. action: (B, 3) of ACTIONS,
+        one of them 1, or zeros.
         """
-        joined = torch.cat([self.scene(cloud), betas, given, gait], dim=-1)
+        joined = torch.cat([self.scene(cloud), betas, given, gait, action], dim=-1)
         return nn.functional.leaky_relu(self.integrated(joined), 0.2)
 
     def encode(
@@ -60,9 +84,10 @@ class SubGoalNet(nn.Module):
         betas: torch.Tensor,
         given: torch.Tensor,
         gait: torch.Tensor,
+        action: torch.Tensor,
         body: torch.Tensor,
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Return reconstructed bodies (B, 65), and mean and log-variance (B, 32) of the sampled z."""
-        condition = self.condition(cloud, betas, given, gait)
+        condition = self.condition(cloud, betas, given, gait, action)
         mean, log_variance = self.encode(condition, body, betas)
         return self.decode(condition, given, sample(mean, log_variance)), mean, log_variance

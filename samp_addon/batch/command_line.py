@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+from ..body import body_shape
 from ..errors import UsageError
 from ..methods import registry
 
@@ -27,6 +28,14 @@ def file_name(text: str) -> str:
     if not text or "\0" in text:
         raise argparse.ArgumentTypeError("it needs the name of a file")
     return text
+
+
+def shape_measure(text: str) -> tuple[str, float]:
+    """Return name and value of a measure of the body, for argparse."""
+    try:
+        return body_shape.measure(text)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error).removesuffix(".")) from error
 
 
 def parser() -> argparse.ArgumentParser:
@@ -63,6 +72,14 @@ def parser() -> argparse.ArgumentParser:
         help="X Y Z [YAW]: where to walk or run, metres, degrees; again for each walk without a target",
     )
     add("--character", metavar="NAME", help="an SMPL-X armature; left out, the default human is made")
+    add(
+        "--shape",
+        type=shape_measure,
+        nargs="+",
+        action="extend",
+        metavar="NAME=VALUE",
+        help=f"of the human that is made: {', '.join(body_shape.MEASURES)}, such as height=1.85 weight=90",
+    )
     add("--start", type=float, nargs="+", metavar="N", help="X Y Z YAW: metres and degrees; yaw 0 faces -Y")
     add("--seed", type=int, metavar="N", help="seed of the first take (0)")
     add("--variants", type=int, metavar="K", help="number of takes, with seeds from N upward (1)")
@@ -71,7 +88,10 @@ def parser() -> argparse.ArgumentParser:
     add("--speed", type=float, metavar="F", help="speed relative to captured motion, 0.5 to 2 (1)")
     add("--via", type=float, nargs="+", metavar="N", help="X Y Z [X Y Z ...]: places that the path passes")
     add("--refine", action="store_true", help="run the optimisation on each take")
-    add("--method", metavar="METHOD", help=f"{', '.join(registry.METHODS)} ({registry.DEFAULT})")
+    methods = (
+        f"{', '.join(registry.METHODS)} ({registry.DEFAULT}); for several actions one for all, or one each"
+    )
+    add("--method", action="append", metavar="METHOD", help=methods)
     for method in registry.METHODS.values():
         _add_options(made, method)
     add(

@@ -96,6 +96,10 @@ def _argument(switch: argparse.Action, value: Any) -> list[str]:
         if not isinstance(value, bool):
             raise _unusable(flag, value)
         return [flag] if value else []
+    if flag == "--shape" and isinstance(value, dict):
+        value = [
+            f"{name}={part if isinstance(part, str) else _number(flag, part)}" for name, part in value.items()
+        ]
     if switch.nargs is None:
         repeated = isinstance(switch, argparse._AppendAction) and isinstance(value, list)
         # With an equals sign, for a name may begin with a dash.
@@ -122,14 +126,18 @@ def _flat(flag: str, places: list) -> list:
 
 def _text(switch: argparse.Action, flag: str, value: Any) -> str:
     """Return one value as the text that its option takes."""
-    number = isinstance(value, int | float) and not isinstance(value, bool)
     if switch.type in (int, float):
-        if not number:
-            raise _unusable(flag, value)
-        return _digits(value)
+        return _number(flag, value)
     if not isinstance(value, str):
         raise _unusable(flag, value)
     return value
+
+
+def _number(flag: str, value: Any) -> str:
+    """Return a number as text. Raise UsageError for anything else."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise _unusable(flag, value)
+    return _digits(value)
 
 
 def _digits(number: float) -> str:

@@ -16,7 +16,7 @@ from ..pipeline.job import Job
 
 PATHS = ("scene", "output", "npz", "report")
 IMPORT = ("units", "up")  # how an imported scene is read
-ROW = ("action", "target", "to")  # options that steps in a row have one each of
+ROW = ("action", "target", "to", "method")  # options that steps in a row have one each of
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,24 @@ class Order:
     def options(self) -> dict[str, Any]:
         """Return the options in force, as JSON holds them; paths absolute."""
         found = {f.name: getattr(self.job, f.name) for f in fields(Job)}
-        found["settings"] = dict(self.job.settings)
-        found["then"] = [{name: getattr(step, name) for name in ROW} for step in self.job.then]
+        found["settings"], found["shape"] = dict(self.job.settings), dict(self.job.shape)
+        if not self.job.shape:
+            del found["shape"]
+        found["then"] = [self._step(step) for step in self.job.then]
         for name in ("scene", "output", "npz"):
             path = getattr(self, name)
             found[name] = None if path is None else str(path.absolute())
         found |= {name: getattr(self, name) for name in IMPORT if getattr(self, name) is not None}
         return json.loads(json.dumps(found))
+
+    def _step(self, step: Step) -> dict[str, Any]:
+        """Return what a step has of its own; its method and settings where they are not the first one's."""
+        found = {name: getattr(step, name) for name in ROW if name != "method"}
+        if step.method != self.job.method:
+            found["method"] = step.method
+        if step.settings != self.job.settings:
+            found["settings"] = dict(step.settings)
+        return found
 
 
 def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
@@ -54,22 +65,27 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
 
     opened: the file that Blender has open.
     """
-    method = registry.find(options.get("method", registry.DEFAULT))
-    own = {option.name for option in method.options}
+    steps = _row(options)
+    methods = {step["method"]: registry.find(step["method"]) for step in steps}
+    own = {option.name for method in methods.values() for option in method.options}
     plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
     foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite"})
     if foreign:
-        raise UsageError(f"The method '{method.name}' has no option '{foreign[0]}'; leave it out.")
-    first, *rest = _row(options)
+        named = (
+            f"method '{steps[0]['method']}' has"
+            if len(methods) == 1
+            else f"methods {', '.join(methods)} have"
+        )
+        raise UsageError(f"The {named} no option '{foreign[0]}'; leave it out.")
+    first, *rest = [Step(**step, settings=_settings(options, step, len(steps))) for step in steps]
     values = {name: options[name] for name in plain & set(options)}
+    if "shape" in values:
+        values["shape"] = dict(values["shape"])
     if "start" in values:
         values["start"] = tuple(values["start"])
     if "via" in values:
         values["via"] = _triples(values["via"])
-    settings = {name: _hashable(options[name]) for name in own & set(options)}
-    job = Job(
-        **first, **values, settings=settings, then=tuple(Step(**step, method=method.name) for step in rest)
-    )
+    job = Job(**{name: getattr(first, name) for name in (*ROW, "settings")}, **values, then=tuple(rest))
     made = Order(
         job,
         **{name: Path(options[name]) for name in PATHS if name in options},
@@ -97,7 +113,7 @@ def _same(one: Path, two: Path) -> bool:
 
 
 def _row(options: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return action, target and place of each step. Raise UsageError.
+    """Return action, target, place and method of each step. Raise UsageError.
 
     An option that is repeated gives one step each; one text with commas is split. A --to belongs to the walks without
     a target, in order.
@@ -110,7 +126,8 @@ def _row(options: Mapping[str, Any]) -> list[dict[str, Any]]:
     if len(targets) > len(actions):
         raise UsageError(f"There are {len(targets)} targets for {len(actions)} actions; name one for each.")
     targets += [""] * (len(actions) - len(targets))
-    steps = [{"action": action, "target": target} for action, target in zip(actions, targets, strict=True)]
+    rows = zip(actions, targets, _methods(options, len(actions)), strict=True)
+    steps = [{"action": action, "target": target, "method": method} for action, target, method in rows]
     if len(steps) == 1:
         if len(places) > 1:
             raise UsageError(f"There are {len(places)} places --to for one action; name one.")
@@ -121,6 +138,32 @@ def _row(options: Mapping[str, Any]) -> list[dict[str, Any]]:
     for step, place in zip(walks, places, strict=False):
         step["to"] = place
     return steps
+
+
+def _methods(options: Mapping[str, Any], count: int) -> list[str]:
+    """Return the method of each step. Raise UsageError where there are neither one for all nor one each."""
+    found = options.get("method", [registry.DEFAULT])
+    found = [found] if isinstance(found, str) else list(found)
+    if len(found) == 1:
+        found = _split(found[0]) if "," in found[0] else found * count
+    if len(found) != count:
+        raise UsageError(
+            f"There are {len(found)} methods for {count} actions; name one for all, or one for each."
+        )
+    return found
+
+
+def _settings(options: Mapping[str, Any], step: Mapping[str, Any], count: int) -> dict[str, Any]:
+    """Return the options that a step's method has alone.
+
+    Among several steps, places such as sub-goals belong to those without an action.
+    """
+    known = registry.find(step["method"]).options
+    return {
+        option.name: _hashable(options[option.name])
+        for option in known
+        if option.name in options and (count == 1 or not option.repeated or not step["action"])
+    }
 
 
 def _split(text: str) -> list[str]:

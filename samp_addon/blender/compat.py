@@ -117,6 +117,7 @@ def select_bone(armature: bpy.types.Object, name: str, state: bool = True) -> No
 def new_shape_key(mesh: bpy.types.Object, name: str, value: float = 0.0) -> bpy.types.ShapeKey:
     """Add a shape key with this value; Blender 5 creates them with value 1."""
     key = mesh.shape_key_add(name=name, from_mix=False)
+    key.slider_max = max(1.0, value)  # values beyond it are cut off
     key.value = value
     return key
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,6 +19,11 @@ def from_shapes(values: np.ndarray) -> np.ndarray:
     """Return betas (..., 10) of values (..., 8) in the order of SHAPES."""
     values = np.asarray(values, dtype=np.float64)
     return np.concatenate([values, np.zeros((*values.shape[:-1], COUNT - len(SHAPES)))], axis=-1)
+
+
+def from_named(values: Mapping[str, float]) -> np.ndarray:
+    """Return betas (10,) of shapes by name."""
+    return from_shapes(np.array([values.get(name, 0.0) for name in SHAPES]))
 
 
 @functools.lru_cache(maxsize=32)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import rotation
-from .hands import relaxed_hands
+from .hands import complete, relaxed_hands
 
 EACH = 12
 COUNT = 2 * EACH
@@ -22,6 +22,7 @@ _FINGERS, _JOINTS = 5, 3
 _MIRROR = np.array([1.0, -1.0, -1.0])
 _FIST = np.radians(78.0)
 _RIGHT = slice(18, 33)  # of the right hand among the joints from 22 on
+_FIRST = 25  # of the joints of both hands, behind the face's
 
 
 @dataclass(frozen=True)
@@ -78,3 +79,21 @@ def rotations(codes: np.ndarray) -> np.ndarray:
     left = vectors[..., :1, :, :] * _MIRROR  # the code of the left hand is that of its mirror image
     both = np.concatenate([left, vectors[..., 1:, :, :]], axis=-3)
     return rotation.from_axis_angle(both.reshape(*codes.shape[:-1], 2 * _FINGERS * _JOINTS, 3))
+
+
+def codes(quats: np.ndarray) -> np.ndarray:
+    """Return the numbers (..., 24) that are nearest to local quaternions (..., 30, 4): the inverse of `rotations`."""
+    vectors = rotation.to_axis_angle(np.asarray(quats)).reshape(*quats.shape[:-2], 2, _FINGERS * _JOINTS, 3)
+    vectors = np.concatenate([vectors[..., :1, :, :] * _MIRROR, vectors[..., 1:, :, :]], axis=-3)
+    hands = vectors.reshape(*quats.shape[:-2], 2, 3 * _FINGERS * _JOINTS) - space().mean
+    return (hands @ np.linalg.pinv(space().components)).reshape(*quats.shape[:-2], COUNT)
+
+
+def with_hands(turns: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Return local quaternions (T, 55, 4) of a body's joints (T, 22, 4) with hands (T, 24)."""
+    return np.concatenate([complete(turns)[:, :_FIRST], rotations(numbers)], axis=1)
+
+
+def read_hands(turns: np.ndarray) -> np.ndarray:
+    """Return the numbers (T, 24) of the hands of local quaternions (T, J, 4); relaxed ones where J is 22."""
+    return codes(complete(turns)[:, _FIRST:])

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     import torch
 
 ASSET = Path(__file__).parent / "human.npz"
+SIZE = "size"
+"""Name of what is no shape but the size of the whole body."""
 MATERIALS = ("skin", "clothes", "trousers", "shoes", "hair", "eyes", "pupils")
 
 
@@ -57,11 +59,17 @@ class Human:
         return float(np.ptp(self.vertices[:, 1]))
 
     def shaped(self, values: dict[str, float]) -> Human:
-        """Return this body with shapes at values from 0 to 1; joints follow. Raises KeyError for an unknown name."""
+        """Return this body with shapes at values from 0 to 1; joints follow.
+
+        The value of SIZE is by how much the whole body is larger, such as 0.1. Raises KeyError for an unknown name.
+        """
         vertices, joints = self.vertices, self.joints
         for name, value in values.items():
-            vertices = vertices + value * self.shapes[name][0]
-            joints = joints + value * self.shapes[name][1]
+            if name != SIZE:
+                vertices = vertices + value * self.shapes[name][0]
+                joints = joints + value * self.shapes[name][1]
+        if values.get(SIZE):
+            vertices, joints = ((1 + values[SIZE]) * points for points in (vertices, joints))
         return replace(self, vertices=_frozen(vertices), joints=_frozen(joints))
 
     def with_joints(self, joints: np.ndarray) -> Human:

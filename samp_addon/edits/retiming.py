@@ -12,7 +12,7 @@ from ..errors import UsageError
 from ..motion import Motion, velocities
 from ..refine.feet.foot_lock import lock_to_plans
 from ..refine.feet.plan import plan_feet
-from ..rigs.footprints import Footprints
+from ..refine.proportions.footprints import Footprints
 
 PHASES = ("walk", "settle", "hold")
 """Until the body begins to sit or lie down; until it rests; to the end. A take without a rest is all walk."""

@@ -32,7 +32,8 @@ class SceneView:
     chosen. via: floor positions (3,) that the path passes, in order. sub_goals: points (3,) on floors, seats and beds
     with yaws in radians, in order, the start first. bodies: for each sub-goal the body that the artist has seen there,
     one frame in the default proportions, or None where the method chooses; empty for none at all. camera: what the
-    step's camera sees, or None. characters: names of objects in `geometry` that are other characters' bodies, with the
+    step's camera sees, or None. betas: (10,) shape of the character, see body/betas.py; None for the default human and
+    for bodies from elsewhere. characters: names of objects in `geometry` that are other characters' bodies, with the
     characters' names. after: by seed, the takes that these go on from; `start` counts for nothing then.
     """
 
@@ -46,6 +47,7 @@ class SceneView:
     sub_goals: Sequence[tuple[np.ndarray, float]] = ()
     bodies: Sequence[Motion | None] = ()
     camera: CameraView | None = None
+    betas: np.ndarray | None = None
     characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from ..body import human, proportions
 from ..body.human import Human
 from ..methods import registry
 from ..methods.method import Method
@@ -20,7 +21,7 @@ from ..motion import Motion
 from ..progress import Progress, SubProgress
 from ..refine import refinement
 from ..refine.refinement import Surroundings
-from . import steps
+from . import other_body, steps
 from .job import Job
 from .refine_takes import Refine, refine_take
 
@@ -34,8 +35,9 @@ Made = tuple[list[Take], list[Failure]]
 class Work:
     """A job and all that is known of its scene.
 
-    views: the scene as each step sees it. surroundings, body: what its takes are refined against and for; None where
-    they are not refined. pose: one frame in which all takes begin, or None.
+    views: the scene as each step sees it. surroundings: what its takes are refined against; None where they are not.
+    body: that shows the takes; None for the default human. pose: one frame in which all takes begin, in the default
+    proportions, or None.
     """
 
     job: Job
@@ -117,11 +119,16 @@ def _generated(
     work: Work, chosen: Sequence[tuple[Method, Step, SceneView]], seeds: Sequence[int], progress: Progress
 ) -> Made:
     takes, failures = steps.generate(chosen, seeds, progress)
-    return [take if work.pose is None else steps.from_pose(take, work.pose) for take in takes], failures
+    body = work.body or human.load()
+    takes = [other_body.fitted(take, body) for take in takes]
+    if work.pose is not None:
+        pose = proportions.adapt(work.pose, body.joints)
+        takes = [steps.from_pose(take, pose) for take in takes]
+    return takes, failures
 
 
 def _refined(work: Work, take: Take, tools: Toolbox, progress: Progress) -> Made:
-    refined, failure = refine_take(take, work.surroundings, work.body, tools.refine, progress)
+    refined, failure = refine_take(take, work.surroundings, work.body or human.load(), tools.refine, progress)
     return [refined], [] if failure is None else [failure]
 
 

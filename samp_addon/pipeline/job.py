@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
+from ..body import body_shape
 from ..errors import UsageError
 from ..methods import registry
 from ..methods.method import checked_settings
@@ -25,10 +26,11 @@ class Job:
     """Takes of one action, or of several in a row, in one scene.
 
     action, target, point, to, method, hold, style, speed, via and settings: of the first step, see Step; hold, style
-    and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. start: (x, y,
-    z, yaw), or None for where the character stands, or a free place. seed: of the first take; variants: how many takes.
-    refine: whether contact, penetration and foot slide of each take are corrected. then: the steps after the first, in
-    the same takes. Raises UsageError for values that cannot be used.
+    and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape: measures
+    of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
+    character stands, or a free place. seed: of the first take; variants: how many takes. refine: whether contact,
+    penetration and foot slide of each take are corrected. then: the steps after the first, in the same takes. Raises
+    UsageError for values that cannot be used.
     """
 
     action: str = "sit"
@@ -36,6 +38,7 @@ class Job:
     point: tuple[float, float, float] | None = None
     to: tuple[float, ...] | None = None
     character: str = ""
+    shape: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     start: tuple[float, float, float, float] | None = None
     seed: int = 0
     variants: int = 1
@@ -55,6 +58,9 @@ class Job:
             raise UsageError(f"--seed is {self.seed}; choose from 0 to {LARGEST_SEED}.")
         if self.start is not None and not (len(self.start) == 4 and all(map(math.isfinite, self.start))):
             raise UsageError("--start needs the numbers X Y Z YAW.")
+        if self.shape and self.character:
+            raise UsageError("--shape is of the human that is made; leave out --character.")
+        body_shape.check(self.shape)
         for step in self.steps:
             method = registry.find(step.method)
             checked_settings(method, step.settings)

@@ -34,7 +34,6 @@ def refine_take(
     # A ground that was assumed under a scene without a floor has no triangles; all other floors have.
     around = replace(surroundings, floor=take.laid_ground)
     try:
-        # A body of other proportions than the networks' touches other things.
         motion = proportions.adapt(take.motion, body.joints)
         result = _no_worse(motion, refine(motion, around, take.goal, body, None, part))
     except SampError as error:

@@ -12,6 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from .. import rotation
+from ..body import human
+from ..body.hands import complete
 from ..clock import Clock
 from ..easing import smoothstep
 from ..methods.method import Method
@@ -20,7 +22,7 @@ from ..methods.step import Step
 from ..methods.take import Failure, Take
 from ..motion import Motion
 from ..progress import Progress, SubProgress
-from . import attempts
+from . import attempts, other_body
 
 FADE = 12
 """Frames in which the offset at a joint between two steps fades out."""
@@ -43,6 +45,8 @@ def generate(
         view = replace(scene, after=after or scene.after)
         takes, failed = attempts.generate(method, step, view, list(done), part)
         failures += [replace(f, message=f"Step {number + 1}: {f.message}") for f in failed]
+        # A method makes bodies of proportions that it knows; steps go on in the default ones.
+        takes = [other_body.fitted(take, human.load()) for take in takes]
         done = {take.seed: [*done[take.seed], take] for take in takes}
         if not done:
             break
@@ -81,6 +85,8 @@ def joined(takes: Sequence[Take]) -> Take:
 
 def _append(first: Motion, second: Motion) -> Motion:
     """Return both motions in a row; the offset of the second at the join fades out."""
+    if first.rotations.shape[1] != second.rotations.shape[1]:  # a method with hands after one without
+        first, second = (replace(m, rotations=complete(m.rotations)) for m in (first, second))
     ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
     root, faded = _faded(second, ahead, first.rotations[-1])
     rotations = np.concatenate([first.rotations, faded])

@@ -10,8 +10,9 @@ import numpy as np
 from .. import skeleton
 from ..body.proportions import leg_length
 from ..errors import SampError
+from ..refine.proportions.hips import hips, seat_depth
 from . import maps, spines
-from .landmarks import ground_height, hips, seat_depth
+from .landmarks import ground_height
 from .links import key_links, link_parents
 from .rig import Rig
 from .rig_axes import body_axes

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..blender.character import measures
 from ..blender.scene import candidates
 from ..blender.sub_goals import arrows
 from ..errors import SampError
@@ -58,7 +59,7 @@ def job(context: bpy.types.Context, name: str = "") -> Job:
     if not method.actions:
         return Job(action="", **own, **common(settings))
     if sub_goals(context, name):
-        character = {"character": sub_goal_settings.owner(context).name}
+        character = {"character": sub_goal_settings.owner(context).name, "shape": {}}
         return Job(action="", **own, **common(settings) | character)
     target = settings.target.name if settings.target else ""
     if not target and settings.action in SEATED:
@@ -90,18 +91,34 @@ def job_of_steps(context: bpy.types.Context) -> Job:
     settings, rows = context.scene.samp, []
     if not settings.steps:
         raise SampError("There are no steps; add one first.")
+    shared = common(settings)
     for number, step in enumerate(settings.steps, start=1):
+        method = registry.find(step.method or registry.DEFAULT)
+        own = {"method": method.name, "settings": method_options.values(settings, method)}
+        if not step_has_action(context, step):
+            rows.append({"action": "", **own})
+            if sub_goals(context, method.name):
+                shared |= {"character": sub_goal_settings.owner(context).name, "shape": {}}
+            continue
         if step.target is None and step.action in SEATED:
             raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
         target = step.target.name if step.target else ""
-        rows.append({"action": step.action, "target": target, "to": None if target else tuple(step.place)})
-    return Job(**rows[0], **common(settings), then=tuple(Step(**row) for row in rows[1:]))
+        to = None if target else tuple(step.place)
+        rows.append({"action": step.action, "target": target, "to": to, **own})
+    return Job(**rows[0], **shared, then=tuple(Step(**row) for row in rows[1:]))
+
+
+def step_has_action(context: bpy.types.Context, step: bpy.types.PropertyGroup) -> bool:
+    """Return whether a step has an action: not where its method takes none, or passes the character's sub-goals."""
+    name = step.method or registry.DEFAULT  # empty where the method is not installed any more
+    return bool(registry.find(name).actions) and not sub_goals(context, name)
 
 
 def common(settings: bpy.types.PropertyGroup) -> dict:
     """Return the options common to all jobs."""
     return {
         "character": character_name(settings),
+        "shape": {} if settings.character else measures.values(settings),
         "seed": settings.seed,
         "variants": settings.variants,
         "hold": settings.hold,

@@ -5,9 +5,11 @@ from __future__ import annotations
 import bpy
 
 from ..blender.rigs import bone_table
+from ..methods import registry
 from ..vocabulary import SEATED
-from . import buttons
+from . import job_from_settings
 from .panel import InPanel
+from .parts import buttons
 
 
 class SAMP_UL_steps(bpy.types.UIList):
@@ -18,6 +20,10 @@ class SAMP_UL_steps(bpy.types.UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index) -> None:  # noqa: ANN001, PLR0913
         row = layout.row(align=True)
         row.label(text=f"{index + 1}")
+        if len(registry.METHODS) > 1:
+            row.prop(item, "method", text="", emboss=False)
+        if not job_from_settings.step_has_action(context, item):
+            return
         row.prop(item, "action", text="", emboss=False)
         row.prop(
             item,
@@ -55,7 +61,8 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
             button.operator("samp.edit_chain", text="", icon=icon).change = change
         if 0 <= settings.step_index < len(settings.steps):
             step = settings.steps[settings.step_index]
-            if step.target is None and step.action not in SEATED:
+            placed = step.target is None and step.action not in SEATED
+            if placed and job_from_settings.step_has_action(context, step):
                 layout.prop(step, "place")
         buttons.draw(layout, "bake_chain", icon="PLAY")
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import bpy
 
+from ..blender.character import measures
 from ..blender.scene import candidates
 from ..methods import registry
 from ..vocabulary import SEATED
-from . import buttons, job_from_settings, method_options, next_step
-from .settings import SHAPES
+from . import job_from_settings, method_options
+from .parts import buttons, next_step
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
 GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
@@ -47,7 +48,7 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         column.prop(settings, "character", text="", icon="ARMATURE_DATA", placeholder="Character")
         if settings.character is None:
             made = column.operator("samp.create_character", icon="ADD")
-            for name, value in zip(SHAPES, settings.shape, strict=True):
+            for name, value in measures.values(settings).items():
                 setattr(made, name, value)
         if len(registry.METHODS) > 1:
             layout.prop(settings, "method")
@@ -75,9 +76,7 @@ class SAMP_PT_shape(InPanel, bpy.types.Panel):
         return context.scene.samp.character is None
 
     def draw(self, context: bpy.types.Context) -> None:
-        column = self.layout.column(align=True)
-        for number, name in enumerate(SHAPES):
-            column.prop(context.scene.samp, "shape", index=number, text=name.capitalize(), slider=True)
+        measures.draw(self.layout, context.scene.samp)
 
 
 class SAMP_PT_options(InPanel, bpy.types.Panel):

@@ -13,6 +13,7 @@ from bpy.props import (
     PointerProperty,
 )
 
+from ..blender.character import measures
 from ..blender.scene import candidates
 from ..blender.sub_goals import arrows
 from . import job_from_settings, method_options, sub_goal_settings
@@ -23,7 +24,6 @@ ACTIONS = (
     ("walk", "Walk", "Walk to the target, or to the 3D cursor"),
     ("run", "Run", "Run to the target, or to the 3D cursor"),
 )
-SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
 
 
 def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
@@ -78,6 +78,9 @@ def _set_take(settings: bpy.types.PropertyGroup, index: int) -> None:
 class SAMP_PG_step(bpy.types.PropertyGroup):
     """One step of a take."""
 
+    method: EnumProperty(
+        name="Method", description="Method that generates the motion of this step", items=method_options.items
+    )
     action: EnumProperty(name="Action", description="Action of this step", items=ACTIONS)
     target: PointerProperty(
         name="Target", description="Furniture of this step", type=bpy.types.Object, poll=_is_target
@@ -95,9 +98,6 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
         description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
         type=bpy.types.Object,
         poll=_is_character,
-    )
-    shape: FloatVectorProperty(
-        name="Shape", description="Body shape of the next character", size=len(SHAPES), min=0.0, max=1.0
     )
     method: EnumProperty(
         name="Method", description="Method that generates the motion", items=method_options.items
@@ -193,7 +193,7 @@ _OWN = dict(SAMP_PG_settings.__annotations__)
 
 def register() -> None:
     """Add the settings to scenes, with the options of the methods that are there now."""
-    SAMP_PG_settings.__annotations__ = _OWN | method_options.annotations()
+    SAMP_PG_settings.__annotations__ = _OWN | measures.annotations() | method_options.annotations()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.samp = PointerProperty(type=SAMP_PG_settings)

@@ -13,6 +13,7 @@ import rooms
 from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import armature, character
 from samp_blender.samp_addon.blender.takes import baking, reporting
+from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.errors import SampError, UsageError
 from samp_blender.samp_addon.pipeline.job import Job
 
@@ -72,6 +73,18 @@ def test_the_report_tells_what_the_armature_shows(start):
         assert {"goal", "path", "rollout", "measure"} <= set(variant["seconds"])
         assert variant["seconds"]["measure"] > 0
         assert variant["warnings"] == notes.read_warnings(bpy.data.actions[variant["action_name"]])
+
+
+@pytest.mark.parametrize("shape", [{"height": 1.6, "gender": 0.0}, {"height": 1.95, "weight": 100.0}])
+def test_the_human_that_is_made_has_the_shape(start, shape):
+    result = run(Job(action="idle", start=start, shape=shape, hold=1.5))
+    body = character.body_of(result.owner)
+    assert body.height == pytest.approx(shape["height"], abs=0.01)
+    (variant,) = result.variants
+    assert variant["shape"] == shape
+    motion = keyframes.read_motion(result.owner, result.actions[0])
+    skin = human.skin(body, motion.pose_slice(slice(0, 1)))
+    assert skin[..., 1].min() == pytest.approx(0.0, abs=0.02)
 
 
 def test_the_artists_scene_is_left_alone(start):

@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 from batch_runs import bake, load
-from samp_blender.samp_addon.batch import jobs_file
+from samp_blender.samp_addon.batch import command_line, jobs_file
 from samp_blender.samp_addon.batch.order import order
 from samp_blender.samp_addon.errors import UsageError
+from samp_blender.samp_addon.methods import registry
+from samp_blender.samp_addon.methods.long_term.method import LongTerm
 
 OUT = {"report": "r.json"}
 
@@ -41,6 +43,42 @@ def steps_of(options):
 )
 def test_steps(options, steps):
     assert steps_of(options) == steps
+
+
+@pytest.mark.parametrize(
+    "given, methods",
+    [
+        (None, ["samp", "samp", "samp"]),
+        ("long_term", ["long_term", "long_term", "long_term"]),
+        (["samp", "long_term", "samp"], ["samp", "long_term", "samp"]),
+        ("samp,long_term,samp", ["samp", "long_term", "samp"]),
+    ],
+)
+def test_each_step_has_a_method(monkeypatch, given, methods):
+    monkeypatch.setitem(registry.METHODS, "long_term", LongTerm())
+    options = {"action": "idle,sit,idle", "target": ",Sofa"} | ({"method": given} if given else {})
+    made = ordered(options)
+    assert [step.method for step in made.job.steps] == methods
+    again = [made.options()["method"], *(step.get("method", methods[0]) for step in made.options()["then"])]
+    assert again == methods
+
+
+def test_the_options_of_a_method_are_for_its_steps(monkeypatch):
+    monkeypatch.setitem(registry.METHODS, "long_term", LongTerm())
+    places = [[0, 0, 0, 0], [1, 0, 0, 90]]
+    options = {
+        "action": ["idle", "", "sit"],
+        "target": ["", "", "Sofa"],
+        "method": ["samp", "long_term", "long_term"],
+    }
+    steps = ordered(options | {"sub_goals": places, "pause": 2}).job.steps
+    assert [dict(step.settings) for step in steps] == [
+        {}, {"sub_goals": ((0, 0, 0, 0), (1, 0, 0, 90)), "pause": 2.0}, {"pause": 2.0}
+    ]  # fmt: skip
+    with pytest.raises(UsageError, match="There are 2 methods for 3 actions"):
+        ordered(options | {"method": ["samp", "long_term"]})
+    with pytest.raises(UsageError, match="The method 'samp' has no option 'pause'"):
+        ordered({"action": "idle", "pause": 2})
 
 
 @pytest.mark.parametrize(
@@ -80,3 +118,30 @@ def test_a_batch_bakes_all_steps_into_one_action(room, tmp_path):  # noqa: F811
     assert variant["interaction_start"] > ends[1]
     assert variant["action_name"] == "sit Sofa, walk, sit Sofa 0"
     assert [path.name for path in Path(tmp_path / "npz").iterdir()] == ["room_sit_Sofa_walk_sit_Sofa_0.npz"]
+
+
+@pytest.mark.parametrize(
+    "shape", [{"height": 1.8, "gender": "male"}, ["height=1.8", "gender=male"], ["height=1.80", "gender=1"]]
+)
+def test_a_shape_of_the_body(shape):
+    made = ordered({"action": "idle", "shape": shape})
+    assert dict(made.job.shape) == {"height": 1.8, "gender": 1.0}
+    assert made.options()["shape"] == {"height": 1.8, "gender": 1.0}
+    assert "shape" not in ordered({"action": "idle"}).options()
+    line = command_line.parse(["--action", "idle", "--shape", "height=1.8", "--shape", "gender=male"])
+    assert order(line | {"report": "r.json"}).job.shape == made.job.shape
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"shape": {"height": 3}}, "Height is 3 m"),
+        ({"shape": {"hat": 3}}, "--shape has no 'hat'"),
+        ({"shape": "tall"}, "write NAME=VALUE"),
+        ({"shape": {"height": [1]}}, "--shape cannot be"),
+        ({"shape": {"height": 1.8}, "character": "Anna"}, "leave out --character"),
+    ],
+)
+def test_shapes_that_cannot_be(options, words):
+    with pytest.raises(UsageError, match=words):
+        ordered({"action": "idle"} | options)

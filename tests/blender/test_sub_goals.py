@@ -179,7 +179,7 @@ def test_the_character_s_pose_becomes_the_sub_goal_s(owner, here):
     placing.use_pose(bpy.context, arrow, here)
     shown, kept = armature.posed(owner), stored.body(arrow)
     np.testing.assert_allclose(
-        np.abs((shown.rotations[0, 1:22] * kept.rotations[0, 1:]).sum(-1)), 1, atol=1e-5
+        np.abs((shown.rotations[0, 1:22] * kept.rotations[0, 1:22]).sum(-1)), 1, atol=1e-5
     )
     assert stored.is_pinned(arrow)
     place = np.array((-0.5, 2.5, 0.0) if here else FLOOR)

@@ -7,6 +7,7 @@ import pytest
 import rooms
 import torch
 from samp_blender.models.long_term import guided_pose, guided_route, pose_prior, sub_goal_net
+from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import hand_poses, human
 from samp_blender.samp_addon.errors import SampError, UsageError
 from samp_blender.samp_addon.methods.long_term import joining, places, planning, way
@@ -122,6 +123,7 @@ def figure(root, yaw=0.0):
 
 def test_a_window_holds_both_bodies(networks):
     start, end = figure((1.0, 0.93, -1.0), 0.7), figure((2.0, 0.9, 0.5), -1.0)
+    end = replace(end, hands=hand_poses.code("fist"))
     line = way.resampled(np.array([start.root, end.root]))
     crossing = Crossing(start, end, line, (True, False), 1.0, noises(np.random.default_rng(0), 1.0))
     cloud = np.random.default_rng(0).uniform(-2, 2, (512, 3))
@@ -129,7 +131,8 @@ def test_a_window_holds_both_bodies(networks):
     assert 14 <= len(motion) <= 90
     for frame, body in ((0, start), (-1, end)):
         np.testing.assert_allclose(motion.root[frame], body.root, atol=1e-5)
-        dot = np.abs((motion.rotations[frame] * body.rotations).sum(-1))
+        whole = hand_poses.with_hands(body.rotations[None], body.hands[None])[0]
+        dot = np.abs((motion.rotations[frame] * whole).sum(-1))
         np.testing.assert_allclose(dot, 1, atol=1e-6)
     assert len(networks.cross(crossing, cloud, 33)) == 33
 
@@ -153,6 +156,8 @@ def test_takes_through_all_sub_goals(networks, scene):
         np.testing.assert_allclose(take.motion.actions.sum(1), 1)
         assert [place.frame for place in take.sub_goals] == sorted(place.frame for place in take.sub_goals)
         assert len(take.sub_goals) == 3
+        fingers = take.motion.rotations[:, 25:]
+        assert fingers.shape[1] == 30 and np.abs(np.diff(fingers, axis=0)).max(axis=(1, 2)).mean() > 1e-5
         for place in take.sub_goals:
             assert np.linalg.norm(take.motion.root[place.frame] - place.position) < 0.3
         np.testing.assert_allclose(take.goal.position, take.sub_goals[-1].position)
@@ -197,7 +202,8 @@ def test_a_pose_stands_on_the_floor_and_touches_the_seat(networks, scene):
         place = bodies.place(point, yaw, "Here")
         posed = bodies.posed(place, pose)
         np.testing.assert_allclose(posed.root[0, [0, 2]], place.pelvis[[0, 2]])
-        np.testing.assert_allclose(np.abs((posed.rotations[0, 1:] * pose.rotations[0, 1:]).sum(-1)), 1)
+        same = np.abs((posed.rotations[0, 1:] * pose.rotations[0, 1:]).sum(-1))
+        np.testing.assert_allclose(same, 1, atol=1e-9)
         assert np.dot(posed.headings()[0], place.goal.direction) > 0.999
         if place.action == "idle":
             lowest = human.skin(human.load(), posed)[0, :, 1].min()
@@ -264,5 +270,36 @@ def test_hands(kind):
     bend = 2 * np.arccos(np.clip(np.abs(quats[:12, 0]), 0, 1))
     expected = {"relaxed": (8, 35), "fist": (65, 90), "flat": (0, 10)}[kind]
     assert expected[0] <= np.degrees(np.median(bend)) <= expected[1]
+    np.testing.assert_allclose(hand_poses.codes(quats), code, atol=1e-9)
     mirrored = quats[:15] * [1.0, 1.0, -1.0, -1.0]
     np.testing.assert_allclose(mirrored, quats[15:], atol=1e-9)
+
+
+def swinging(pace, first, count=40):
+    """Return frames of a walker at a pace in metres per frame, one leg swinging, from a frame on."""
+    time = np.arange(first, first + count) * 1.0
+    body = figure((0.0, 0.93, 0.0))
+    motion = as_motion([body] * count)
+    rotations = motion.rotations.copy()
+    rotations[:, 1] = rotation.from_axis_angle(np.outer(0.5 * np.sin(10 * pace * (time - 39)), [1.0, 0, 0]))
+    return replace(motion, root=motion.root + np.outer(pace * (time - 39), [0, 0, 1.0]), rotations=rotations)
+
+
+@pytest.mark.parametrize("paces", [(0.04, 0.02), (0.02, 0.04), (0.04, 0.0)])
+def test_a_window_goes_on_with_the_velocity_of_the_one_before(paces):
+    before, after = swinging(paces[0], 0), swinging(paces[1], 39)
+    made, ends = joining.joined([joining.Part(before, "walk", "walk"), joining.Part(after, "walk", "walk")])
+    assert ends == [39, 78]
+    joints = made.forward_kinematics()[0]
+    here = before.forward_kinematics()[0][-1]
+    assert np.linalg.norm(joints[39] - here, axis=-1).max() < 0.01
+    # The speed at the seam is the mean of both, without a jump; away from it the windows stay as they are.
+    speed = np.linalg.norm(np.diff(made.root, axis=0), axis=-1)
+    assert speed[38:40] == pytest.approx(np.full(2, sum(paces) / 2), abs=0.003)
+    assert np.abs(np.diff(speed)).max() < 0.2 * abs(paces[0] - paces[1])
+    np.testing.assert_allclose(
+        made.root[[0, 15, 64, 78]], [*before.root[[0, 15]], *after.root[[25, 39]]], atol=1e-4
+    )
+    bent = lambda motion: np.abs(np.diff(rotation.to_axis_angle(motion.rotations[:, 1])[:, 0], 2)).max()
+    own, jump = max(bent(before), bent(after)), 5 * abs(paces[0] - paces[1])
+    assert bent(made) < own + 0.2 * jump

@@ -59,11 +59,36 @@ def test_a_cloud_is_a_set_in_a_place():
 def test_sub_goal_bodies():
     net = sub_goal_net.SubGoalNet()
     cloud, betas, given = torch.randn(B, N, 3), torch.randn(B, 10), torch.randn(B, 9)
-    still = torch.zeros(B, 2)
-    body, mean, _ = net(cloud, betas, given, still, torch.randn(B, layout.BODY))
+    still, sits = torch.zeros(B, 2), torch.tensor([[0.0, 1.0, 0.0]] * B)
+    body, mean, _ = net(cloud, betas, given, still, sits, torch.randn(B, layout.BODY))
     assert body.shape == (B, 65) and mean.shape == (B, 32)
-    condition = net.condition(cloud, betas, given, still)
+    condition = net.condition(cloud, betas, given, still, sits)
+    assert (net.condition(cloud, betas, given, still, sits.flip(-1).roll(1, -1)) - condition).abs().max() > 0
     assert (net.decode(condition, given, mean) - net.decode(condition, given, mean + 1)).abs().max() > 0
+
+
+def test_bodies_are_asked_for_as_captured_ones_are_turned():
+    net = sub_goal_net.SubGoalNet()
+    net.turns[2, 5] = torch.tensor([0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.04])
+    rows = torch.tensor([5, 6])
+    given = net.given("lie", torch.tensor([0.6, 0.6]), rows)
+    torch.testing.assert_close(given[0], torch.tensor([0.0, 0.64, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0]))
+    upright = torch.tensor([0.0, 0.6, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    torch.testing.assert_close(given[1], upright)
+    torch.testing.assert_close(net.given("sit", torch.tensor([0.6, 0.6]), rows)[0], upright)
+
+
+@pytest.mark.parametrize("yaw", [-2.0, 0.0, 1.2])
+@pytest.mark.parametrize("roll", [0.0, 90.0, 180.0, -90.0])
+def test_a_lying_body_faces_from_head_to_feet(yaw, roll):
+    back = torch.tensor([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # on the back, the head towards -Z
+    turn = torch.tensor(roll).deg2rad()
+    cos, sin = torch.cos(turn), torch.sin(turn)
+    about_z = torch.stack(
+        [torch.stack([cos, -sin, 0 * cos]), torch.stack([sin, cos, 0 * cos]), torch.tensor([0.0, 0, 1])]
+    )
+    matrix = layout.about_y(torch.tensor(yaw)) @ about_z @ back
+    assert float(layout.lying_yaw_of(matrix)) == pytest.approx(yaw, abs=1e-5)
 
 
 @pytest.mark.parametrize("scene", [False, True])

@@ -10,7 +10,7 @@ from samp_blender.operators import OPERATORS, operator_class
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.takes import amass_files
-from samp_blender.samp_addon.body import amass
+from samp_blender.samp_addon.body import amass, body_shape
 from samp_blender.tests.support.blender import rigs
 
 
@@ -38,6 +38,18 @@ def test_create_character_equals_its_function():
     other = character.create_character(bpy.context, {"female": 1.0, "tall": 0.25}, (1, 2, 3), 0.5)
     assert np.abs(points(made) - points(other)).max() < 1e-6
     assert made.name == "A"
+
+
+def test_create_character_with_a_height_and_a_weight():
+    assert bpy.ops.samp.create_character(height=1.9, weight=95, gender=1) == {"FINISHED"}
+    made = bpy.context.view_layer.objects.active
+    shaped = [o for o in bpy.data.objects if o.parent == made and o.type == "MESH"][0]
+    graph = bpy.context.evaluated_depsgraph_get()
+    heights = [v.co.z for v in shaped.evaluated_get(graph).data.vertices]
+    assert max(heights) - min(heights) == pytest.approx(1.9, abs=0.02)  # relaxed arms and feet on the floor
+    assert body_shape.weight_of(character.body_of(made)) == pytest.approx(95, abs=1)
+    with pytest.raises(RuntimeError, match="Weight is 40 kg; choose from"):
+        bpy.ops.samp.create_character(height=1.9, weight=40)
 
 
 def test_bake_and_export_equal_their_functions(tmp_path):

@@ -7,14 +7,16 @@ from types import SimpleNamespace
 import bpy
 import pytest
 import samp_blender
+import untrained
 from samp_blender.operators.refine import SAMP_OT_refine
 from samp_blender.operators.show_take import SAMP_OT_show_take
 from samp_blender.samp_addon.blender import running_work
 from samp_blender.samp_addon.blender.actions import keyframes, notes
-from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.character import character, measures
 from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
 from samp_blender.samp_addon.blender.takes import export, judgement, take_list
+from samp_blender.samp_addon.methods import registry
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel, takes
 from samp_blender.tests.support.blender import rigs
 
@@ -406,3 +408,42 @@ def test_list_shows_the_takes_of_the_character():
 )
 def test_names_in_the_list_are_short(name, short):
     assert takes.short_name(name) == short and len(short) <= takes.LONGEST
+
+
+def test_the_sliders_of_the_body():
+    settings = bpy.context.scene.samp
+    assert measures.values(settings) == {}
+    settings.shape_height, settings.shape_gender = 1.8, 1.0
+    found = measures.values(settings)
+    assert found == pytest.approx({"height": 1.8, "muscle": 0.0, "age": 30.0, "gender": 1.0})
+    settings.shape_use_weight, settings.shape_weight = True, 80.0
+    assert measures.values(settings)["weight"] == pytest.approx(80)
+    settings.action, settings.target = "sit", bpy.data.objects["Sofa"]
+    assert job_from_settings.job(bpy.context).shape == measures.values(settings)
+    settings.character = character.create_character(bpy.context)
+    assert not job_from_settings.job(bpy.context).shape
+
+
+@pytest.fixture
+def _two_methods(monkeypatch):
+    samp_blender.unregister()
+    monkeypatch.setitem(registry.METHODS, "long_term", untrained.method())
+    samp_blender.register()
+    yield
+    samp_blender.unregister()
+    monkeypatch.undo()
+    samp_blender.register()
+
+
+@pytest.mark.usefixtures("_two_methods")
+def test_steps_of_several_methods():
+    settings, sofa = bpy.context.scene.samp, bpy.data.objects["Sofa"]
+    for method, action in (("samp", "walk"), ("long_term", "sit")):
+        bpy.ops.samp.edit_chain(change="ADD")
+        step = settings.steps[-1]
+        step.method, step.action, step.target = method, action, sofa
+    job = job_from_settings.job_of_steps(bpy.context)
+    assert [(step.method, step.action, step.target) for step in job.steps] == [
+        ("samp", "walk", "Sofa"), ("long_term", "sit", "Sofa")
+    ]  # fmt: skip
+    assert dict(job.steps[1].settings)["pause"] == pytest.approx(0.7)

@@ -25,7 +25,7 @@ ARROWS = {
     "blender": {"pipeline", "methods", "edits", "rigs", "refine", "evaluation", "scene", "body"},
     "pipeline": {"methods", "refine", "evaluation", "scene", "body"},
     "methods": {"refine", "scene", "body", "models"},
-    "edits": {"rigs", "refine", "scene", "body"},
+    "edits": {"refine", "scene", "body"},
     "rigs": {"refine", "scene", "body"},
     "refine": {"evaluation", "scene", "body"},
     "evaluation": {"scene", "body"},

@@ -21,8 +21,10 @@ from samp_blender.samp_addon.blender.takes import baking
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine.feet import plan as foot_plan
-from samp_blender.samp_addon.rigs import landmarks, maps, retargeting
-from samp_blender.samp_addon.rigs.footprints import Footprints
+from samp_blender.samp_addon.refine.proportions import carrying
+from samp_blender.samp_addon.refine.proportions import hips as landmarks
+from samp_blender.samp_addon.refine.proportions.footprints import Footprints
+from samp_blender.samp_addon.rigs import maps, retargeting
 from samp_blender.samp_addon.vocabulary import CONTACTS
 from samp_blender.tests.support.blender import rigs
 
@@ -201,7 +203,7 @@ def feet_stand(wanted: retargeting.Retargeted, result: carry_to_rig.Result) -> N
             (motion.rest_joints, theirs, turned),
             (wanted.motion.rest_joints, ours, ours_turned),
         ):
-            middle = retargeting.sole_middle(joints, plan.foot)
+            middle = carrying.sole_middle(joints, plan.foot)
             soles.append(
                 places[:, ankle] + rotation.rotate(quats[:, ankle], np.tile(middle, (len(places), 1)))
             )
@@ -291,7 +293,7 @@ def hips_are_on_the_seat(shown: Shown, own, wanted: retargeting.Retargeted, kind
     thick = landmarks.seat_depth(character.human.load().vertices, take().rest_joints)
     assert away[-1, 1] == pytest.approx(wanted.fit.seat - thick, abs=3e-3)
     tall, taller = (
-        landmarks.hips(joints)[1] - retargeting.sole_height(joints)
+        landmarks.hips(joints)[1] - carrying.sole_height(joints)
         for joints in (take().rest_joints, wanted.motion.rest_joints)
     )
     assert away[0, 1] == pytest.approx((taller / tall - 1) * hips(own)[0, 1], abs=0.03)
@@ -343,7 +345,7 @@ def test_without_contacts_low_and_still_hips_count_as_resting():
     unlabelled = replace(take(), contacts=None)
     over = landmarks.hips(take().forward_kinematics()[0])[:, 1] / 0.85
     with_contacts = take().contacts[:, CONTACTS.index("pelvis")] > 0.5
-    without = retargeting._resting(unlabelled, over)
+    without = carrying._resting(unlabelled, over)
     assert without[-20:].all() and with_contacts[-20:].all() and not without[:60].any()
 
 

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon import skeleton
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.rigs import fitting, guessing, landmarks, maps, retargeting, spines
+from samp_blender.samp_addon.refine.proportions import carrying
+from samp_blender.samp_addon.refine.proportions import hips as landmarks
+from samp_blender.samp_addon.rigs import fitting, guessing, maps, spines
 from samp_blender.samp_addon.rigs.rig import Rig
 
 
@@ -181,13 +183,11 @@ def test_machinery_between_the_bones_is_left_alone():
 def test_hips_are_as_high_as_the_legs_are_long_and_as_the_body_is_thick():
     over = np.array([1.0, 0.8, 0.6, 0.5, 0.5, 0.75, 1.0])
     resting = np.array([0, 0, 0, 1, 1, 0, 0], bool)
-    raised = retargeting.hip_lift(over, resting, 0.1 * over, 0.02, 1.0)
+    raised = carrying.hip_lift(over, resting, 0.1 * over, 0.02, 1.0)
     np.testing.assert_allclose(
         raised, [0.1, 0.02 + 0.6 * 0.06, 0.02 + 0.2 * 0.04, 0.02, 0.02, 0.02 + 0.5 * 0.055, 0.1]
     )
-    np.testing.assert_array_equal(
-        retargeting.hip_lift(over, resting & False, 0.1 * over, 0.02, 1.0), 0.1 * over
-    )
+    np.testing.assert_array_equal(carrying.hip_lift(over, resting & False, 0.1 * over, 0.02, 1.0), 0.1 * over)
 
 
 def test_a_seat_is_as_far_behind_the_hips_as_the_skin():

@@ -6,11 +6,14 @@ import rooms
 import torch
 from samp_blender.models import weights
 from samp_blender.models.long_term import gait, layout
+from samp_blender.models.long_term.pose_prior import PosePrior
+from samp_blender.samp_addon import rotation
 from samp_blender.training.long_term import pack, side_by_side, train
 from samp_blender.training.long_term.data import LongTermData, matrices, reflected
 from samp_blender.training.long_term.evaluation import baselines, intervals, predicted
-from samp_blender.training.long_term.stages import paper, sub_goal, windows
+from samp_blender.training.long_term.stages import orientations, paper, sub_goal, windows
 from samp_blender.training.rooms.corpus import store
+from samp_blender.training.rooms.episodes.bank import LABELS
 from samp_blender.training.rooms.layout.room import Room
 
 FRAMES, SPEED = 150, 0.9
@@ -132,6 +135,33 @@ def test_skin_behind_points_is_inside(data):
     assert float(collision) == pytest.approx(0.01) and 0 < float(contact) < 1
 
 
+def test_orientations_of_the_actions(packed):
+    """The second walker lies on its side on the floor instead, its head towards -X."""
+    raw = pack.read(packed)
+    side = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # of its columns: left, up, ahead
+    lies = np.arange(len(raw["labels"])) >= FRAMES
+    raw["labels"] = np.where(lies, LABELS.index("lie"), LABELS.index("walk"))
+    raw["rotations"][lies, 0] = rotation.matrix_to_quaternion(side)
+    raw["root"][lies, 1] = np.where(np.arange(FRAMES) % 2, 0.12, 0.16)
+    data = LongTermData(raw)
+    rows = torch.tensor([5, FRAMES + 5])
+    torch.testing.assert_close(
+        orientations.actions(data, rows), torch.tensor([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    )
+    assert float(orientations.facing(data, rows)[1]) == pytest.approx(np.pi / 2)
+    table = orientations.table(data)
+    turned = layout.matrix_from_six(table[2, :, :6])
+    torch.testing.assert_close(layout.lying_yaw_of(turned), torch.zeros(len(turned)), atol=1e-4, rtol=0)
+    assert turned[:, 1, 0].abs().min() > 0.99 and len(torch.unique(turned[:, 1, 0].sign())) == 2
+    rises = table[2, :, 6]
+    assert float(rises.max() - rises.min()) == pytest.approx(0.04, abs=1e-4) and (rises.abs() < 1e-4).any()
+    assert (table[1] == table[1, :1]).all() and float(table[1, 0, 0]) == 1  # nobody sits
+    prior = PosePrior()
+    drawn = sub_goal.draw(data, prior, rows, mirror=False)
+    asked, made = (layout.matrix_from_six(v) for v in (drawn.given[:, 3:], drawn.body[:, 3:9]))
+    assert ((asked.transpose(1, 2) @ made).diagonal(dim1=1, dim2=2).sum(-1) > 2.6).all()
+
+
 STAGES = ["prior", "points", "sub_goal", "route", "pose", *paper.NAMES]
 
 
@@ -184,8 +214,6 @@ def test_baselines(data):
 
 
 def test_errors_of_the_captured_motion_are_none(data):
-    from samp_blender.models.long_term.pose_prior import PosePrior
-
     batch = data.window_batch(data.rows[61][:4])
     found = predicted.errors(data, PosePrior(), batch, predicted.truth(batch))
     assert all(

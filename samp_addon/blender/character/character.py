@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import bpy
 import numpy as np
 
 from ... import frames, rotation, skeleton
-from ...body import human
+from ...body import body_shape, human
 from ...body.hands import relaxed_hands
-from ...body.human import Human
+from ...body.human import SIZE, Human
 from .. import compat
 from . import start
 from .armature import calibrate, standing_floor
@@ -47,9 +49,9 @@ def create_character(
 ) -> bpy.types.Object:
     """Create the human and return its armature, which becomes the active object.
 
-    shapes: weights from 0 to 1 of the body shapes (male, female, tall, short, ...), applied to the mesh's shape
-    keys and the joints. location: of the soles, metres, Blender's world. yaw: radians, 0 faces -Y, positive turns
-    left. Bones run from joint to joint, so their axes are not SMPL-X's: see armature.calibrate.
+    shapes: weights of the body shapes (male, female, tall, short, ...), 0 to 1 or more, applied to the mesh's shape
+    keys and the joints; see body/body_shape.py. location: of the soles, metres, Blender's world. yaw: radians, 0 faces
+    -Y, positive turns left. Bones run from joint to joint, so their axes are not SMPL-X's: see armature.calibrate.
     """
     shapes = {key: value for key, value in (shapes or {}).items() if value}
     default, body = human.load(), human.load().shaped(shapes)
@@ -67,6 +69,13 @@ def create_character(
     context.view_layer.update()
     start.store(armature, standing_floor(armature))
     return armature
+
+
+def shapes_for(measures: Mapping[str, float], more: Mapping[str, float]) -> dict[str, float]:
+    """Return the weights of the body shapes for measures by name, and more weights added to them. Raise SampError."""
+    body_shape.check(measures)
+    shapes = body_shape.shapes(measures)
+    return shapes | {name: shapes.get(name, 0.0) + value for name, value in more.items() if value}
 
 
 def pose_standing(armature: bpy.types.Object) -> None:
@@ -91,9 +100,13 @@ def body_of(armature: bpy.types.Object) -> Human:
     For an armature from elsewhere the default human is fitted to the armature's bones.
     """
     joints = calibrate(armature).rest_joints
+    return human.load().shaped(shapes_of(armature)).with_joints(joints)
+
+
+def shapes_of(armature: bpy.types.Object) -> dict[str, float]:
+    """Return the weights of the body shapes of an armature created here; empty for one from elsewhere."""
     shapes = armature.get(SHAPES)
-    body = human.load() if shapes is None else human.load().shaped(shapes.to_dict())
-    return body.with_joints(joints)
+    return {} if shapes is None else shapes.to_dict()
 
 
 def has_surface(context: bpy.types.Context, armature: bpy.types.Object) -> bool:
@@ -176,6 +189,11 @@ def _mesh(
         block = compat.new_shape_key(mesh, key, shapes.get(key, 0.0))
         points = frames.to_blender(body.vertices + lift + offset)
         block.data.foreach_set("co", points.astype(np.float32).ravel())
+    if shapes.get(SIZE):  # as it is for these shapes
+        block = compat.new_shape_key(mesh, SIZE, 1.0)
+        points = body.vertices + lift + body.shaped(shapes).vertices
+        points = points - body.shaped({key: value for key, value in shapes.items() if key != SIZE}).vertices
+        block.data.foreach_set("co", frames.to_blender(points).astype(np.float32).ravel())
     return mesh
 
 

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ... import frames, skeleton
-from ...body import proportions
+from ...body import betas, proportions
 from ...errors import SampError
 from ...methods import registry
 from ...methods.long_term.bodies import SubGoalBodies
@@ -17,7 +17,7 @@ from ...methods.long_term.places import Place
 from ...methods.scene_view import SceneView
 from ...motion import Motion
 from ...vocabulary import SEATED
-from ..character import armature, characters
+from ..character import armature, character, characters
 from ..scene import read_scene
 from . import arrows, ghosts, stored
 from .arrows import Spot
@@ -31,8 +31,8 @@ ROOM = 2.0
 
 @dataclass(frozen=True)
 class _Read:
-    """What draws bodies in a scene that was read, by a method. digest: of the scene's triangles. low, high: (3,) of the
-    places in it."""
+    """What draws bodies in a scene that was read, by a method. digest: of the scene's triangles and the character's
+    shape. low, high: (3,) of the places in it."""
 
     method: object
     digest: bytes
@@ -122,7 +122,7 @@ def use_pose(context: bpy.types.Context, arrow: bpy.types.Object, here: bool = F
         arrow.matrix_world = before
         context.view_layer.update()
         raise
-    body = Motion(pose.root, pose.rotations[:, : skeleton.BODY_COUNT]) if here else tools.posed(place, pose)
+    body = Motion(pose.root, pose.rotations) if here else tools.posed(place, pose)
     arrow[stored.PINNED_KEY] = True
     stored.store(context, arrow, body, place.action)
 
@@ -225,13 +225,15 @@ def _tools(context: bpy.types.Context, owner: bpy.types.Object) -> SubGoalBodies
     points = np.array([arrow.matrix_world.translation for arrow in arrows.of(context, owner)])
     points = frames.to_network(points.reshape(-1, 3))
     geometry = read_scene.read_scene(context, characters.people(context))
-    digest = hashlib.blake2b(geometry.triangles.tobytes(), digest_size=16).digest()
+    shapes = character.shapes_of(owner)
+    state = geometry.triangles.tobytes() + str(sorted(shapes.items())).encode()
+    digest = hashlib.blake2b(state, digest_size=16).digest()
     method = registry.find(METHOD)
     for known in _last:
         inside = (points >= known.low - ROOM).all() and (points <= known.high + ROOM).all()
         if known.method is method and known.digest == digest and inside:
             return known.tools
-    view = SceneView(geometry, sub_goals=[(point, 0.0) for point in points])
+    view = SceneView(geometry, sub_goals=[(point, 0.0) for point in points], betas=betas.from_named(shapes))
     tools = method.bodies(view)
     _last[:] = [_Read(method, digest, points.min(0), points.max(0), tools)]
     return tools

@@ -8,13 +8,13 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ... import rotation, skeleton
+from ... import rotation
 from ...motion import Motion
 from ...vocabulary import CONTACTS, SEATED
 from . import arrows, ghosts
 
 POSE_KEY = "samp_sub_goal_pose"
-"""Custom property of an arrow: pelvis position (3) and quaternions (22 x 4) in the axes of its spot."""
+"""Custom property of an arrow: pelvis position (3) and quaternions (22 or 55 x 4) in the axes of its spot."""
 ACTION_KEY = "samp_sub_goal_action"
 DRAW_KEY = "samp_sub_goal_draw"
 """Custom property of an arrow: the number of its draw."""
@@ -79,7 +79,7 @@ def body(arrow: bpy.types.Object) -> Motion:
     """Return the body of an arrow where it is now: one frame, default proportions, network frame."""
     spot, numbers = arrows.read(arrow), np.array(arrow[POSE_KEY], dtype=np.float64)
     ahead = rotation.about_y(spot.yaw)
-    turns = numbers[3:].reshape(skeleton.BODY_COUNT, 4).copy()
+    turns = numbers[3:].reshape(-1, 4).copy()
     turns[0] = rotation.multiply(ahead, turns[0])
     contacts = np.zeros((1, len(CONTACTS)))
     contacts[0, CONTACTS.index("pelvis")] = arrow.get(ACTION_KEY) in SEATED

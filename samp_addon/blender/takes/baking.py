@@ -16,7 +16,7 @@ from typing import Literal
 import bpy
 
 from ... import frames
-from ...body import human
+from ...body import betas, body_shape, human
 from ...errors import SampError
 from ...evaluation.obstacles import shared
 from ...methods import registry
@@ -109,6 +109,10 @@ def read(
     begins: where the character stands now, at its start marker, or in its current pose at the current frame.
     """
     owner = _owner(context, job, new_character)
+    if owner is not None and job.shape:
+        if new_character:
+            raise SampError(f"'{owner.name}' has a shape already, and the sub-goals; leave out --shape.")
+        job = replace(job, shape={})
     people = characters.people(context)
     geometry = read_scene.read_scene(context, people)
     before = None
@@ -124,10 +128,12 @@ def read(
         for number, step in enumerate(job.steps)
     ]
     preconditions.check(context, owner, views)
-    work = Work(job, continuing.views_after(views, before, job.seeds), pose=before and before.pose)
+    shapes = body_shape.shapes(job.shape) if owner is None else character.shapes_of(owner)
+    body = human.load().shaped(shapes) if owner is None else character.body_of(owner)
+    views = [replace(view, betas=betas.from_named(shapes)) for view in views]
+    work = Work(job, continuing.views_after(views, before, job.seeds), body=body, pose=before and before.pose)
     if job.refine:
-        body = human.load() if owner is None else character.body_of(owner)
-        work = replace(work, surroundings=refine_action.surroundings(context, geometry), body=body)
+        work = replace(work, surroundings=refine_action.surroundings(context, geometry))
     first = context.scene.frame_start if before is None else before.frame
     return Plan(work, geometry, owner, first, start_from != "STANDING")
 
@@ -159,7 +165,7 @@ def in_slices(
     pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
     try:
         with rollback.recording():
-            owner = plan.owner or _new_character(context, takes[0])
+            owner = plan.owner or _new_character(context, takes[0], plan.work.job)
         body = character.body_of(owner)
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
@@ -236,12 +242,15 @@ def _only(context: bpy.types.Context, owners: Sequence[bpy.types.Object]) -> bpy
     return selected[0] if len(selected) == 1 else owners[0]
 
 
-def _new_character(context: bpy.types.Context, take: Take) -> bpy.types.Object:
-    """Create the default human where the take starts."""
+def _new_character(context: bpy.types.Context, take: Take, job: Job) -> bpy.types.Object:
+    """Create the default human, in the job's shape, where the take starts."""
     facing = take.motion.headings()[0]
     location = frames.to_blender(take.floor_start)
     return character.create_character(
-        context, location=tuple(location), yaw=float(frames.direction_yaw(facing))
+        context,
+        body_shape.shapes(job.shape),
+        location=tuple(location),
+        yaw=float(frames.direction_yaw(facing)),
     )
 
 

@@ -70,6 +70,7 @@ def entry(
         "action": ",".join(step.action for step in job.steps) or None,
         "target": ",".join(step.target for step in job.steps) or None,
         "armature": owner.name,
+        "shape": dict(job.shape) or None,
         "action_name": action.name,
         "frame_start": int(first),
         "frame_end": int(last),

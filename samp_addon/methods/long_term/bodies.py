@@ -6,17 +6,17 @@ Network frame, metres.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ... import rotation
 from ...body import betas as shapes
-from ...body import hand_poses, human
+from ...body import hand_poses, human, proportions
 from ...motion import Motion
 from ...scene.distance.signed_distance import SignedDistance
-from ...vocabulary import SEATED
+from ...vocabulary import CONTACTS, SEATED
 from . import places
 from .figure import Figure, as_motion
 from .places import Place
@@ -64,24 +64,32 @@ class SubGoalBodies:
         return places.facing(self.surfaces, point, wanted, name)
 
     def draw(self, place: Place, number: int, style: float) -> Motion:
-        """Return a body at a place, one frame. number: of the draw, another one for another body."""
+        """Return a body at a place, one frame, default proportions. number: of the draw."""
         rng = np.random.default_rng(number)
         figure = choose(self.networks, self.surfaces, place, self.betas, rng, noise_scale(style))
-        return as_motion([figure])
+        return _in_default(figure, place)
 
     def posed(self, place: Place, pose: Motion) -> Motion:
         """Return a pose of one frame, default proportions, at a place: turned to its facing, and at the height at which
         it stands on the floor, or touches what carries it."""
-        height, hands = float(place.floor[1]), hand_poses.code("relaxed")
+        pose = proportions.adapt(pose, shapes.body_of(self.betas).joints)
+        height, hands = float(place.floor[1]), hand_poses.read_hands(pose.rotations)[0]
         figure = Figure(place.pelvis, pose.rotations[0, :22], hands, self.betas, height)
         turns = figure.rotations.copy()
-        turns[0] = rotation.multiply(rotation.about_y(place.yaw - figure.yaw), turns[0])
+        turns[0] = rotation.multiply(rotation.about_y(place.yaw - figure.facing(place.action)), turns[0])
         figure = Figure(place.pelvis, turns, hands, self.betas, height)
         if place.action in SEATED:
             figure = _settled([figure], self.surfaces.field, height)[0][0]
         else:
             figure = _grounded(figure, height)
-        return as_motion([figure])
+        return _in_default(figure, place)
+
+
+def _in_default(figure: Figure, place: Place) -> Motion:
+    """Return a figure at a place as a Motion of one frame in the default proportions."""
+    contacts = np.zeros((1, len(CONTACTS)))
+    contacts[0, CONTACTS.index("pelvis")] = place.action in SEATED
+    return proportions.adapt(replace(as_motion([figure]), contacts=contacts), human.load().joints)
 
 
 def choose(
@@ -97,9 +105,10 @@ def choose(
     from .networks import Wanted
 
     gait = np.zeros(2) if phase is None else np.array([np.cos(phase), np.sin(phase)])
-    wanted = Wanted(place.pelvis, place.yaw, float(place.floor[1]), betas, gait)
+    wanted = Wanted(place.action, place.pelvis, place.yaw, float(place.floor[1]), betas, gait)
     cloud = surfaces.cloud(place.pelvis[None], AROUND, wanted.level, int(rng.integers(2**31)))
-    drawn = networks.sample_bodies(wanted, cloud, tools.body_noise(rng, draws, scale))
+    noise, turns = tools.body_noise(rng, draws, scale), tools.body_turns(rng, draws)
+    drawn = networks.sample_bodies(wanted, cloud, noise, turns)
     resting = place.action in SEATED
     if resting:
         figures, costs = _settled(drawn, surfaces.field, float(place.floor[1]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ... import rotation, skeleton
 from ...body import betas as shapes
+from ...body import hand_poses
 from ...motion import Motion
 
 
@@ -32,6 +33,13 @@ class Figure:
         matrix = rotation.quaternion_to_matrix(self.rotations[0])
         return float(np.arctan2(-matrix[2, 0], matrix[0, 0]))
 
+    def facing(self, action: str) -> float:
+        """Return the facing in radians of a body in an action: of a lying one, from its head to its feet."""
+        if action != "lie":
+            return self.yaw
+        matrix = rotation.quaternion_to_matrix(self.rotations[0])
+        return float(np.arctan2(-matrix[0, 1], -matrix[2, 1]))
+
     @property
     def joints(self) -> np.ndarray:
         """World positions (22, 3) of the joints."""
@@ -44,9 +52,10 @@ class Figure:
 
 
 def as_motion(figures: Sequence[Figure]) -> Motion:
-    """Return figures of the same shape as the frames of a Motion."""
+    """Return figures of the same shape as the frames of a Motion with hands."""
+    turns = np.array([figure.rotations for figure in figures])
     return Motion(
         np.array([figure.root for figure in figures]),
-        np.array([figure.rotations for figure in figures]),
+        hand_poses.with_hands(turns, np.array([figure.hands for figure in figures])),
         rest_joints=shapes.body_of(figures[0].betas).joints,
     )

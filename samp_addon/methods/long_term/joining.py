@@ -13,9 +13,11 @@ from ...motion import Motion, velocities
 from ...refine.feet.foot_lock import lock_feet
 from ...vocabulary import ACTIONS, CONTACTS, SEATED
 
-SEAM = 5.0
-"""Frames around a seam over which velocities are evened out; sigma of the weight."""
-SMOOTHING = 2.5
+MATCHED = 18
+"""Frames before and after a seam in which both windows are led to the same velocity there."""
+SEAM = 4.0
+"""Frames around a seam in which the motion is smoothed; sigma of the weight."""
+SMOOTHING = 1.0
 """Frames: sigma of the Gaussian at a seam."""
 STILL, LOW = 0.35, 0.045
 """Metres per second and metres over its lowest place under which a ball of the foot is on the ground."""
@@ -35,8 +37,10 @@ class Part:
 def joined(parts: Sequence[Part]) -> tuple[Motion, list[int]]:
     """Return one motion of windows in a row, and the frames at which each of them ends.
 
-    A window begins with the frame with which the one before it ends, which is kept once.
+    A window begins with the frame with which the one before it ends, which is kept once, and goes on with its velocity:
+    both windows are led to the mean of the two velocities.
     """
+    parts = _matched(parts)
     root, quats = [parts[0].motion.root[:1]], [parts[0].motion.rotations[:1]]
     ends, weights = [0], [_actions(parts[0])[:1]]
     for part in parts:
@@ -111,8 +115,49 @@ def _actions(part: Part) -> np.ndarray:
     return weights / np.maximum(weights.sum(1, keepdims=True), 1e-9)
 
 
+def _matched(parts: Sequence[Part]) -> list[Part]:
+    """Return windows each of which begins with the velocities with which the one before it ends."""
+    made = list(parts)
+    for k in range(len(parts) - 1):
+        before, after = made[k].motion, made[k + 1].motion
+        least = min(len(before), len(after)) - 1
+        if least < 2:
+            continue
+        back, ahead = _turned(before), after
+        jump = _velocities(ahead)[0] + _velocities(back)[0], _velocities(ahead)[1] + _velocities(back)[1]
+        count = min(MATCHED, least)
+        made[k] = replace(made[k], motion=_turned(_led(back, jump, count)))
+        made[k + 1] = replace(made[k + 1], motion=_led(ahead, jump, count))
+    return made
+
+
+def _turned(motion: Motion) -> Motion:
+    """Return a motion backwards in time."""
+    return replace(motion, root=motion.root[::-1], rotations=motion.rotations[::-1])
+
+
+def _velocities(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Return the velocity (3,) and the angular velocities (J, 3) of the first frame, per frame, of second order."""
+    root, quats = motion.root, motion.rotations
+    first = rotation.conjugate(quats[0])
+    turns = [rotation.to_axis_angle(rotation.multiply(first, quats[k])) for k in (1, 2)]
+    return 2 * (root[1] - root[0]) - (root[2] - root[0]) / 2, 2 * turns[0] - turns[1] / 2
+
+
+def _led(motion: Motion, jump: tuple[np.ndarray, np.ndarray], count: int) -> Motion:
+    """Return a motion whose first velocities differ by half a jump of its own; it stays as it is from `count` on."""
+    frames = np.arange(len(motion))
+    course = -0.5 * frames * np.clip(1 - frames / count, 0, 1) ** 3
+    turns = rotation.from_axis_angle(course[:, None, None] * jump[1])
+    return replace(
+        motion,
+        root=motion.root + course[:, None] * jump[0],
+        rotations=rotation.multiply(motion.rotations, turns),
+    )
+
+
 def _even(motion: Motion, seams: Sequence[int]) -> Motion:
-    """Return the motion with velocities evened out around the seams; elsewhere it stays as it is."""
+    """Return the motion smoothed around the seams; elsewhere it stays as it is."""
     if not seams:
         return motion
     frames = np.arange(len(motion))

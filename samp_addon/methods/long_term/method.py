@@ -118,10 +118,10 @@ class LongTerm:
         from ..samp import refusals
         from .bodies import SubGoalBodies
         from .surfaces import Surfaces
-        from .synthesis import default_betas
+        from .synthesis import known_betas
 
         surfaces = Surfaces(scene.geometry.triangles, refusals.walkable(scene))
-        return SubGoalBodies(self._tools(), surfaces, default_betas())
+        return SubGoalBodies(self._tools(), surfaces, known_betas(scene.betas))
 
     def _tools(self) -> Networks:
         if self._networks is not None:

@@ -10,17 +10,17 @@ import numpy as np
 import torch
 
 from ....models import weights
-from ....models.long_term import gait, layout
+from ....models.long_term import gait, layout, sub_goal_net
 from ....models.long_term.guided_net import LATENT
 from ....models.long_term.guided_pose import SIX, GuidedPose, PoseEnds
 from ....models.long_term.guided_route import FPS, GuidedRoute, RouteEnds
 from ....models.long_term.pose_prior import PosePrior
-from ....models.long_term.sub_goal_net import LATENT as BODY_LATENT
-from ....models.long_term.sub_goal_net import SubGoalNet
 from ... import rotation
+from ...body import hand_poses
 from ...errors import SampError
 from ...motion import Motion
 from ...torch_threads import single_thread
+from ...vocabulary import SEATED
 from .figure import Figure, as_motion
 from .installed import WEIGHTS
 
@@ -30,9 +30,10 @@ FRAMES = (14, 90)
 
 @dataclass(frozen=True)
 class Wanted:
-    """Where a body is asked for: place (3,) of the pelvis, facing in radians, level of the floor, shape, and the gait
-    (2,): zeros for a body that stays, else cosine and sine of its phase."""
+    """Where a body is asked for: what it does there, place (3,) of the pelvis, facing in radians, level of the floor,
+    shape, and the gait (2,): zeros for a body that stays, else cosine and sine of its phase."""
 
+    action: str
     place: np.ndarray
     yaw: float
     level: float
@@ -56,21 +57,29 @@ class Crossing:
 class Networks:
     """Pose prior, sub-goal bodies, routes and poses."""
 
-    def __init__(self, prior: PosePrior, bodies: SubGoalNet, route: GuidedRoute, pose: GuidedPose) -> None:
+    def __init__(
+        self, prior: PosePrior, bodies: sub_goal_net.SubGoalNet, route: GuidedRoute, pose: GuidedPose
+    ) -> None:
         self.prior, self.bodies, self.route, self.pose = prior, bodies, route, pose
 
     @torch.no_grad()
-    def sample_bodies(self, wanted: Wanted, cloud: np.ndarray, noise: np.ndarray) -> list[Figure]:
-        """Return a body for each row of noise (K, 32), section 3.2. cloud: (N, 3) around the place, world."""
+    def sample_bodies(
+        self, wanted: Wanted, cloud: np.ndarray, noise: np.ndarray, turns: np.ndarray
+    ) -> list[Figure]:
+        """Return a body for each row of noise (K, 32), section 3.2.
+
+        cloud: (N, 3) around the place, world. turns: (K,) rows of the table of captured orientations.
+        """
         with single_thread():
             origin = np.array([wanted.place[0], wanted.level, wanted.place[2]])
             count = len(noise)
-            given = torch.zeros(count, layout.TRANSLATION + layout.ROTATION)
-            given[:, 1] = float(wanted.place[1] - wanted.level)
-            given[:, 3:] = layout.six_from_matrix(torch.eye(3))
-            shape, phase = (_tensor(v).expand(count, -1) for v in (wanted.betas, wanted.gait))
+            action = wanted.action if wanted.action in SEATED else "idle"
+            heights = torch.full((count,), float(wanted.place[1] - wanted.level))
+            given = self.bodies.given(action, heights, torch.as_tensor(turns))
+            kind = np.array([float(action == name) for name in sub_goal_net.ACTIONS])
+            shape, phase, kind = (_tensor(v).expand(count, -1) for v in (wanted.betas, wanted.gait, kind))
             points = _tensor(_seen(cloud, origin, wanted.yaw))[None]
-            condition = self.bodies.condition(points.expand(count, -1, -1), shape, given, phase)
+            condition = self.bodies.condition(points.expand(count, -1, -1), shape, given, phase, kind)
             made = self.bodies.decode(condition, given, _tensor(noise))
             t, r, p, h = layout.split_body(made)
             pelvis = layout.about_y(torch.tensor(wanted.yaw)) @ layout.matrix_from_six(r)
@@ -103,9 +112,10 @@ class Networks:
             turns = layout.matrix_from_six(poses[0, :, :SIX].unflatten(-1, (layout.JOINTS, 6)))
             pelvis = layout.about_y(torch.tensor(yaw)) @ layout.matrix_from_six(route[0, :, 3:])
             matrices = torch.cat([pelvis[:, None], turns], 1).double().numpy()
-        quats = rotation.continuous(rotation.matrix_to_quaternion(matrices))
+        hands = poses[0, :, SIX:].double().numpy()
+        quats = hand_poses.with_hands(rotation.matrix_to_quaternion(matrices), hands)
         root = _world(route[0, :, :3].double().numpy(), origin, yaw)
-        return Motion(root, quats, fps=FPS, rest_joints=as_motion([start]).rest_joints)
+        return Motion(root, rotation.continuous(quats), fps=FPS, rest_joints=as_motion([start]).rest_joints)
 
     def _ends(self, crossing: Crossing, origin: np.ndarray, yaw: float) -> RouteEnds:
         """Return what RouteNet is given, in the frame of the start."""
@@ -151,7 +161,12 @@ def noises(rng: np.random.Generator, scale: float) -> tuple[np.ndarray, np.ndarr
 
 def body_noise(rng: np.random.Generator, count: int, scale: float) -> np.ndarray:
     """Return noise (count, 32) for bodies."""
-    return scale * rng.standard_normal((count, BODY_LATENT))
+    return scale * rng.standard_normal((count, sub_goal_net.LATENT))
+
+
+def body_turns(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Return rows (count,) of the table of captured orientations."""
+    return rng.integers(sub_goal_net.TURNS, size=count)
 
 
 def _tensor(values: np.ndarray) -> torch.Tensor:
@@ -171,7 +186,9 @@ def _world(points: np.ndarray, origin: np.ndarray, yaw: float) -> np.ndarray:
 @functools.cache
 def _load(folder: Path | None, versions: tuple) -> Networks:
     nets = []
-    for name, net in zip(WEIGHTS, (PosePrior(), SubGoalNet(), GuidedRoute(), GuidedPose()), strict=True):
+    for name, net in zip(
+        WEIGHTS, (PosePrior(), sub_goal_net.SubGoalNet(), GuidedRoute(), GuidedPose()), strict=True
+    ):
         weights.fill(net, weights.load_weights(name, folder), weights.weights_path(name, folder))
         nets.append(net.eval().requires_grad_(False))
     return Networks(*nets)

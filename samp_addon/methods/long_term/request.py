@@ -51,17 +51,22 @@ class Planner:
         with clock.stage("motion"):
             motion, made = self._synthesis.take(start, legs, rng, figure, StageProgress(progress, "Moving"))
         last, line = legs[-1].stops[-1], np.concatenate([path for leg in legs for path in leg.paths])
+        stops = [start, *(leg.stops[-1] for leg in legs)]
+        facings = [
+            yaw_direction(figure.facing(stop.action))
+            for figure, stop in zip(made.figures, stops, strict=True)
+        ]
         begun = joining.interaction_start(motion)
         motion = replace(motion, interaction_start=begun)
         action = self.step.action or last.action
         return Take(
             draw.seed,
             motion,
-            goal=Goal(made.figures[-1].root, yaw_direction(made.figures[-1].yaw), action),
+            goal=Goal(made.figures[-1].root, facings[-1], action),
             waypoints=line,
             sub_goals=tuple(
-                SubGoal(figure.root, yaw_direction(figure.yaw), frame)
-                for figure, frame in zip(made.figures, made.frames, strict=True)
+                SubGoal(figure.root, facing, frame)
+                for figure, facing, frame in zip(made.figures, facings, made.frames, strict=True)
             ),
             laid_ground=self.mesh.laid_ground,
             remarks=remarks,
@@ -72,7 +77,7 @@ class Planner:
         return synthesis.Synthesis(
             self.networks,
             Surfaces(self.scene.geometry.triangles, self.mesh),
-            synthesis.default_betas(),
+            synthesis.known_betas(self.scene.betas),
             bodies.noise_scale(self.step.style),
             self.step.speed,
             self.settings["pause"],
@@ -87,7 +92,7 @@ class Planner:
         return self._figure(take.motion, float(take.floor_end[1]))
 
     def _figure(self, motion: Motion, level: float) -> Figure:
-        return synthesis.last_figure(motion, synthesis.default_betas(), level)
+        return synthesis.last_figure(motion, synthesis.known_betas(self.scene.betas), level)
 
     def _legs(
         self, draw: Draw, clock: Clock, figure: Figure | None
@@ -121,7 +126,7 @@ class Planner:
         take = self.scene.after[seed]
         resting = take.goal is not None and take.goal.action in SEATED
         action = take.goal.action if resting else "idle"
-        return Place(action, figure.root, figure.yaw, take.below_end)
+        return Place(action, figure.root, figure.facing(action), take.below_end)
 
     def _to_target(
         self, draw: Draw, clock: Clock, figure: Figure | None

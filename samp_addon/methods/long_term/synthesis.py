@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ... import skeleton
 from ...body import betas as shapes
-from ...body import hand_poses
+from ...body import hand_poses, proportions
 from ...motion import Motion
 from ...vocabulary import SEATED
 from . import bodies, joining, networks, way
@@ -25,6 +26,10 @@ AROUND = 2.0
 HELD = 60
 """Frames of the windows in which a body stays where it is, at most."""
 LEAST_HELD = 3
+LEARNT = {
+    "male": 1.0, "female": 0.4, "tall": 0.5, "short": 0.2, "heavy": 0.3, "thin": 0.6, "muscular": 0.4, "elder": 0.5,
+}  # fmt: skip
+"""Largest values of the shapes among the bodies that the networks have learnt from."""
 
 
 @dataclass
@@ -128,14 +133,24 @@ class Synthesis:
 
 
 def last_figure(motion: Motion, betas: np.ndarray, level: float) -> Figure:
-    """Return the body in which a take ends."""
-    rotations = motion.rotations[-1, :22]
-    return Figure(motion.root[-1], rotations, hand_poses.code("relaxed"), betas, level)
+    """Return the body in which a take ends, in the proportions of betas (10,)."""
+    last = motion.pose_slice(slice(-1, None))
+    if motion.contacts is not None:
+        last = replace(last, contacts=motion.contacts[-1:])
+    motion = proportions.adapt(last, shapes.body_of(betas).joints)
+    rotations = motion.rotations[-1:]
+    return Figure(
+        motion.root[-1],
+        rotations[0, : skeleton.BODY_COUNT],
+        hand_poses.read_hands(rotations)[0],
+        betas,
+        level,
+    )
 
 
-def default_betas() -> np.ndarray:
-    """Return the betas (10,) of the default human."""
-    return np.zeros(shapes.COUNT)
+def known_betas(betas: np.ndarray | None) -> np.ndarray:
+    """Return the betas (10,) nearest to some that the networks have learnt from; None for the default human."""
+    return np.zeros(shapes.COUNT) if betas is None else np.clip(betas, 0.0, shapes.from_named(LEARNT))
 
 
 def is_resting(place: Place) -> bool:

@@ -10,7 +10,7 @@ import torch
 
 from ....models.long_term import layout
 from ....models.long_term.pose_prior import PosePrior
-from ....models.long_term.sub_goal_net import LATENT, SubGoalNet
+from ....models.long_term.sub_goal_net import ACTIONS, LATENT, SubGoalNet
 from ....models.long_term.window_net import WindowNet
 from ....samp_addon import rotation
 from ..data import LongTermData, Windows
@@ -96,7 +96,8 @@ class RouteAndBodies:
         given[:, 3:] = layout.six_from_matrix(back @ pelvis)
         seen = (cloud - origin[:, None]) @ back.transpose(1, 2)
         still = torch.zeros(len(route), layout.PHASE, device=route.device)
-        condition = self.bodies.condition(seen, windows.betas, given, still)
+        unknown = torch.zeros(len(route), len(ACTIONS), device=route.device)
+        condition = self.bodies.condition(seen, windows.betas, given, still, unknown)
         return self.prior.decode(layout.split_body(self.bodies.decode(condition, given, z))[2])
 
 

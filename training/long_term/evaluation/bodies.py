@@ -44,7 +44,7 @@ def captured(data: RoomData, count: int, rng: np.random.Generator) -> list[tuple
             shape = shapes.from_shapes(np.array(data.array("motion", "shapes")[episode]))
             figure = Figure(motion.root[0], motion.rotations[0], np.zeros(24), shape)
             floor = figure.root * [1.0, 0.0, 1.0]
-            found.append((Place(action, figure.root, figure.yaw, floor), figure))
+            found.append((Place(action, figure.root, figure.facing(action), floor), figure))
     return found
 
 
@@ -94,8 +94,9 @@ def main(arguments: list[str] | None = None) -> None:
         known = captured(data, each, rng)
         for place, figure in known:
             cloud = surfaces.cloud(place.pelvis[None], bodies.AROUND, 0.0, int(rng.integers(2**31)))
-            wanted = Wanted(place.pelvis, place.yaw, 0.0, figure.betas, np.zeros(2))
-            drawn = nets.sample_bodies(wanted, cloud, networks.body_noise(rng, DRAWS, 1.0))
+            wanted = Wanted(place.action, place.pelvis, place.yaw, 0.0, figure.betas, np.zeros(2))
+            noise, turns = networks.body_noise(rng, DRAWS, 1.0), networks.body_turns(rng, DRAWS)
+            drawn = nets.sample_bodies(wanted, cloud, noise, turns)
             chosen = bodies.choose(nets, surfaces, place, figure.betas, rng, 1.0)
             found = {"captured": [figure], "drawn": drawn, "chosen": [chosen]}
             for kind, figures in found.items():

@@ -12,11 +12,13 @@ from ....models.long_term.point_net import PointEncoder
 from ....models.long_term.pose_prior import PosePrior
 from ....models.long_term.sub_goal_net import SubGoalNet
 from ..data import Frame, LongTermData, matrices, reflected, swapped_hands
+from . import orientations
 from .learner import Learner, with_pretrained_scene
 
 POINTS = 768
 RADIUS = 1.25  # metres around the pelvis
 JITTER, HEIGHT_JITTER, YAW_JITTER = 0.05, 0.03, 0.1  # of the wanted place: metres, metres, radians
+TILT_JITTER = 0.1  # radians, of the wanted orientation
 KL_WEIGHT, WARM = 5e-3, 0.2  # the weight grows to its full value during this share of the training
 SKIN_WEIGHT, HANDS_WEIGHT = 5.0, 0.1
 CONTACT_WEIGHT, COLLISION_WEIGHT = 0.2, 10.0
@@ -32,7 +34,8 @@ RARE = 0.5  # share of the bodies that are drawn evenly over the kinds of poses 
 class Bodies:
     """A batch of bodies, each in the frame of the place that was asked for.
 
-    given: (B, 9), t and r that are asked for. body: (B, 65). turns: (B, 22, 3, 3). cloud, normals: (B, P, 3).
+    given: (B, 9), t and r that are asked for. body: (B, 65). turns: (B, 22, 3, 3). action: (B, 3), see SubGoalNet.
+    cloud, normals: (B, P, 3).
     """
 
     given: torch.Tensor
@@ -40,6 +43,7 @@ class Bodies:
     turns: torch.Tensor
     betas: torch.Tensor
     gait: torch.Tensor
+    action: torch.Tensor
     cloud: torch.Tensor
     normals: torch.Tensor
 
@@ -52,11 +56,13 @@ class SubGoalLearner(Learner):
     ) -> None:
         super().__init__("long_term_sub_goal", with_pretrained_scene(SubGoalNet(), scene), data, batch)
         self.prior = prior
+        self.net.turns.copy_(orientations.table(data))
+        self.average["turns"].copy_(self.net.turns)
         self._kinds = [rows for rows in kinds(data) if len(rows)]
 
     def losses(self, done: float) -> dict[str, torch.Tensor]:
         b = draw(self.data, self.prior, self._rows(), mirror=bool(torch.rand(()) < 0.5))
-        made, mean, log_variance = self.net(b.cloud, b.betas, b.given, b.gait, b.body)
+        made, mean, log_variance = self.net(b.cloud, b.betas, b.given, b.gait, b.action, b.body)
         t, r, p, h = layout.split_body(made - b.body)
         kl = divergence(mean, log_variance)
         parts = t.abs().sum(-1).mean() + r.abs().mean() + p.abs().mean() + HANDS_WEIGHT * h.abs().mean()
@@ -98,7 +104,12 @@ def draw(data: LongTermData, prior: PosePrior, rows: torch.Tensor, mirror: bool)
     """Return the bodies of frames (B,), asked for at a place a little beside their own."""
     count, device = len(rows), data.device
     noise = lambda sigma, size=(): sigma * torch.randn(count, *size, device=device)
-    root, quats, yaw, gait = data.root[rows], data.quats[rows], data.yaw[rows], data.gait[rows]
+    root, quats, yaw, gait = (
+        data.root[rows],
+        data.quats[rows],
+        orientations.facing(data, rows),
+        data.gait[rows],
+    )
     hands, episode = data.hands[rows], data.episode[rows]
     chosen = data.near(data.rooms[episode], root[:, None], POINTS, RADIUS)[..., None].expand(-1, -1, 3)
     cloud, normals = (torch.gather(v[data.rooms[episode]], 1, chosen) for v in (data.points, data.normals))
@@ -113,12 +124,13 @@ def draw(data: LongTermData, prior: PosePrior, rows: torch.Tensor, mirror: bool)
     t = seen.points(root[:, None])[:, 0]
     wanted = torch.zeros_like(t)
     wanted[:, 1] = t[:, 1] + noise(HEIGHT_JITTER)
-    upright = layout.six_from_matrix(torch.eye(3, device=device)).expand(count, -1)
+    about = layout.about_y(-yaw) @ matrices(quats[:, 0])
+    tilted = orientations.tilt(noise(TILT_JITTER, (3,))) @ about
     p = prior.encode(turns[:, 1:])[0]
     body = torch.cat([t, layout.six_from_matrix(turns[:, 0]), p, hands], -1)
     return Bodies(
-        torch.cat([wanted, upright], -1), body, turns, data.betas[episode], gait,
-        seen.points(cloud), normals @ back.transpose(1, 2),
+        torch.cat([wanted, layout.six_from_matrix(tilted)], -1), body, turns, data.betas[episode], gait,
+        orientations.actions(data, rows), seen.points(cloud), normals @ back.transpose(1, 2),
     )  # fmt: skip
 
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import bpy
 
-from ..blender import running_work
-from ..blender.actions import notes
-from ..blender.scene import candidates
-from ..blender.takes import judgement
-from ..methods import registry
-from ..vocabulary import SEATED
-from . import job_from_settings
+from ...blender import running_work
+from ...blender.actions import notes
+from ...blender.scene import candidates
+from ...blender.takes import judgement
+from ...methods import registry
+from ...vocabulary import SEATED
+from .. import job_from_settings
 
 NOUNS = {"sit": "a chair, sofa or bench", "lie": "a bed or sofa"}
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import bpy
 
-from ..blender import running_work
+from ...blender import running_work
 
 
 def draw(

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from .. import rotation
-from ..motion import Motion
-from ..refine.feet.foot import FEET, Foot, sole_points
-from ..refine.feet.stances import SHORTEST, SLOW, UPRIGHT
-from ..refine.runs import runs
+from ... import rotation
+from ...motion import Motion
+from ..feet.foot import FEET, Foot, sole_points
+from ..feet.stances import SHORTEST, SLOW, UPRIGHT
+from ..runs import runs
 
 SAME_PLACE = 0.3  # metres around a footprint within which a higher one is that of a foot in the air
 
