@@ -13,6 +13,7 @@ import os
 import pickle
 import shutil
 import time
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -95,9 +96,14 @@ def _fitted_set(paths: list[Path], bank: banks.Bank, others: Uses, cache: Path) 
     return made
 
 
-def _one(task: tuple[int, str, int]) -> dict:
+def _one(task: tuple[int, str, int]) -> dict | None:
+    """Make one room; return its manifest's entry, or None after printing why it failed: the other rooms go on."""
     began = time.time()
-    made = _room_builder.make(*task)
+    try:
+        made = _room_builder.make(*task)
+    except Exception:
+        print(f"room {task[0]} {task[1]} failed:\n{traceback.format_exc()}", flush=True)
+        return None
     print(
         f"room {made['number']} {made['split']} {made['kind']}: {made['episodes']} episodes, {made['sits']} sits, "
         f"{made['lies']} lies, {made['pictures']} pictures in {time.time() - began:.0f} s",
@@ -144,15 +150,17 @@ def main(arguments: list[str] | None = None) -> int:
     numbers = range(options.first, options.rooms if options.last is None else options.last)
     numbers = [k for k in numbers if options.split in (None, split_of(k))]
     tasks = [(k, split_of(k), pictures_of(split_of(k), options.rooms, options.pictures)) for k in numbers]
-    for done, _ in enumerate(_rooms(tasks, options.workers), 1):
+    failed = 0
+    for done, made in enumerate(_rooms(tasks, options.workers), 1):
+        failed += made is None
         if done % LISTED == 0:
             finish(options)
     rooms, counts, hours = finish(options)
-    print(f"{rooms} rooms, {hours:.2f} hours, {counts}, {time.time() - began:.0f} s")
-    return 0
+    print(f"{rooms} rooms, {hours:.2f} hours, {counts}, {time.time() - began:.0f} s, {failed} failed")
+    return int(failed > 0)
 
 
-def _rooms(tasks: list[tuple[int, str, int]], workers: int) -> Iterator[dict]:
+def _rooms(tasks: list[tuple[int, str, int]], workers: int) -> Iterator[dict | None]:
     if workers > 1:
         with multiprocessing.get_context("fork").Pool(workers) as pool:
             yield from pool.imap_unordered(_one, tasks)

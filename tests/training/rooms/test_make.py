@@ -72,3 +72,17 @@ def test_every_fifth_room_is_for_testing_and_pictures_are_shared_out():
     splits = [make.split_of(k) for k in range(300)]
     assert splits.count("train") == 240 and splits.count("test") == 60
     assert make.pictures_of("train", 300, 1.0) == 50 and make.pictures_of("test", 300, 0.5) == 17
+
+
+def test_a_room_that_fails_is_named_and_the_others_go_on(monkeypatch, capsys):
+    class Broken:
+        def make(self, number, split, pictures):
+            if number == 1:
+                raise ValueError("no floor")
+            return {"number": number, "split": split, "kind": "cafe", "episodes": 2, "sits": 1, "lies": 0,
+                    "pictures": pictures}  # fmt: skip
+
+    monkeypatch.setattr(make, "_room_builder", Broken(), raising=False)
+    made = [room and room["number"] for room in make._rooms([(k, "train", 0) for k in range(3)], workers=1)]
+    assert made == [0, None, 2]
+    assert "room 1 train failed" in (out := capsys.readouterr().out) and "no floor" in out

@@ -56,3 +56,10 @@ def test_tables_out_of_reach_are_left_alone(edge, height):
     lying = replace(use, action="lie")
     near = tables.Tops.of(room(0.3))
     assert tables.with_hands_on(lying, use.root, use.rotations, near, np.random.default_rng(0)) is None
+
+
+def test_no_hands_lie_between_two_tops_of_different_heights():
+    """The 95th percentile of 47 low and 3 high samples is a height at which there is none."""
+    heights = np.array([0.05] * 47 + [0.25] * 3)
+    points = np.column_stack([np.linspace(-0.2, 0.2, 50), heights, np.full(50, 0.4)])
+    assert tables.Tops(points).places(np.zeros(3), 0.0, 0.15) is None

@@ -67,6 +67,9 @@ class Tops:
             return None
         top = np.percentile(away[near, 1], 95)
         near &= np.abs(away[:, 1] - top) < 0.02
+        if not near.any():
+            # Between two tops of different heights.
+            return None
         edge = float(np.percentile(ahead[near], 2))
         reach = edge + float(np.interp(edge, [0.3, 0.55], INSIDE))
         if not EDGE[0] < edge < EDGE[1]:
