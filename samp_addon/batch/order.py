@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -36,6 +37,13 @@ class Order:
     overwrite: bool = False
     units: str | None = None
     up: str | None = None
+
+    def npz_paths(self) -> dict[int, Path]:
+        """Return where each seed's take goes, named after scene, action, target and seed."""
+        scene = (self.scene or self.opened or Path("untitled")).stem
+        words = [scene, *(word for step in self.job.steps for word in (step.action, step.target))]
+        stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
+        return {seed: self.npz / f"{stem}_{seed}.npz" for seed in self.job.seeds}
 
     def options(self) -> dict[str, Any]:
         """Return the options in force, as JSON holds them; paths absolute."""
