@@ -121,7 +121,7 @@ def _add_farm_options(made: argparse.ArgumentParser) -> None:
         dest="relative_to",
         type=file_name,
         metavar="DIR",
-        help="folder in which relative names of a jobs file begin; left out, the current one",
+        help="folder, or a file in it, where relative names of a jobs file begin; left out, the current one",
     )
     add(
         "--progress",

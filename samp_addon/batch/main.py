@@ -109,11 +109,12 @@ def _from_folder(options: dict[str, Any]) -> dict[str, Any]:
         made[name] = os.path.abspath(made[name])
     if "merge" in made:
         made["merge"] = [os.path.abspath(name) for name in made["merge"]]
+    folder = Path(made["relative_to"])
     try:
-        os.chdir(made["relative_to"])
+        os.chdir(folder.parent if folder.is_file() else folder)
     except OSError as error:
         raise UsageError(
-            f"--relative-to '{made['relative_to']}' cannot be entered ({error.strerror})."
+            f"--relative-to '{folder}' cannot be entered ({error.strerror})."
         ) from error
     return made
 

@@ -276,7 +276,7 @@ def test_relative_names_begin_in_the_given_folder(night, tmp_path, monkeypatch):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    options = ["--jobs", "../night.jsonl", "--relative-to", "..", "--report", "r.json"]
+    options = ["--jobs", "../night.jsonl", "--relative-to", "../night.jsonl", "--report", "r.json"]
     assert main.main(options) == 0
     assert (tmp_path / "npz" / "room_sit_Sofa_3.npz").is_file() and (elsewhere / "r.json").is_file()
 
