@@ -20,19 +20,25 @@ def _print(text: str) -> None:
 
 @dataclass(frozen=True)
 class Console:
-    """Standard output and standard error of the batch. farm: one of FORMATS, in addition to the lines for people."""
+    """Standard output and standard error of the batch.
+
+    farm: one of FORMATS, in addition to the lines for people. silent: whether nothing is printed at all.
+    """
 
     farm: str | None = None
+    silent: bool = False
 
     def say(self, text: str, write: Callable[[str], object] = _print) -> None:
         """Print a line on standard output. write: writes to it where it is redirected."""
-        write(f"bake: {printable(text)}\n")
+        if not self.silent:
+            write(f"bake: {printable(text)}\n")
 
     def complain(self, text: str) -> None:
         """Print one line on standard error, however many the text has."""
         line = " ".join(text.split())
         line = line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + " ..."
-        print(f"bake: {printable(line)}", file=sys.stderr, flush=True)
+        if not self.silent:
+            print(f"bake: {printable(line)}", file=sys.stderr, flush=True)
 
     def advance(self, share: float, status: str, write: Callable[[str], object] = _print) -> None:
         """Report to a farm's manager how much of the work is done, 0 to 1, and what it is at."""

@@ -113,9 +113,7 @@ def _from_folder(options: dict[str, Any]) -> dict[str, Any]:
     try:
         os.chdir(folder.parent if folder.is_file() else folder)
     except OSError as error:
-        raise UsageError(
-            f"--relative-to '{folder}' cannot be entered ({error.strerror})."
-        ) from error
+        raise UsageError(f"--relative-to '{folder}' cannot be entered ({error.strerror}).") from error
     return made
 
 
