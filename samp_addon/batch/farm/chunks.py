@@ -30,12 +30,12 @@ class Work:
     """What all chunks have in common.
 
     options: parsed options of the command line, with `jobs`. folder: where relative names begin. reports: folder for
-    the chunks' reports, or None.
+    the chunks' reports; empty for none.
     """
 
     options: Mapping[str, Any]
     folder: str
-    reports: str | None = None
+    reports: str = ""
 
 
 def chunks(lines: Iterable[int], size: int) -> list[Chunk]:
@@ -57,7 +57,7 @@ def bake_chunk(work: Work, chunk: Chunk, tools: object = None) -> int:
 
     os.chdir(work.folder)
     options = dict(work.options) | {"lines": Selection(span=(chunk.first, chunk.last))}
-    if work.reports is not None:
+    if work.reports:
         options["report"] = os.path.join(work.reports, f"{chunk.name}.json")
     return many.bake_lines(options, tools, Console(silent=True)).failed
 

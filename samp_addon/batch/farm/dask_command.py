@@ -77,22 +77,19 @@ def _run(given: argparse.Namespace, console: Console, bake: Any) -> int:
     report = Path(os.path.abspath(options.pop("report"))) if "report" in options else None
     pieces = chunks((number for number, _ in jobs_file.lines(jobs)), own["chunk"])
     folder = Path(options.pop("relative_to", "."))
-    reports = None if report is None else report.with_name(f"{report.name}.parts")
+    reports = (report or jobs).with_name(f"{(report or jobs).name}.parts")
     work = Work(
         options | {"jobs": str(jobs)},
         os.path.abspath(folder.parent if folder.is_file() else folder),
-        None if reports is None else str(reports),
+        str(reports),
     )
     failed, lost = _bake(own, work, pieces, console, bake)
-    for each in lost:
-        console.complain(f"Lines {each.chunk.name}: {each.reason}")
-    if report is not None:
-        joined = merge([reports] if reports.is_dir() else [], jobs)
-        _explain(joined["errors"], lost)
-        report_file.write(report, joined)
-        shutil.rmtree(reports, ignore_errors=True)
-        for error in joined["errors"]:
-            console.complain(f"Line {error['line']}: {error['message']}")
+    joined = merge([reports] if reports.is_dir() else [], jobs)
+    _explain(joined["errors"], lost)
+    report_file.write(report, joined)
+    shutil.rmtree(reports, ignore_errors=True)
+    for error in joined["errors"]:
+        console.complain(f"Line {error['line']}: {error['message']}")
     return FAILED if failed and options.get("on_failure") != "report" else DONE
 
 
