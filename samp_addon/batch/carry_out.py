@@ -5,10 +5,12 @@ from __future__ import annotations
 import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from .. import dependencies
 from ..atomic_file import atomic_write
 from ..blender.actions import keyframes
+from ..blender.render import preview
 from ..blender.scene import open_scene
 from ..blender.takes import baking
 from ..body import amass
@@ -62,7 +64,7 @@ def carry_out(
             result = baking.run(
                 context, made.job, tools=tools, new_character=True, store=saved, on_take=on_take
             )
-            files = _write_files(made, result)
+            files = _write_files(context, made, result)
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
     except Exception as error:
@@ -90,20 +92,26 @@ def _line(take: Take) -> str:
     return f"seed {take.seed}, {attempts.error(take):.1f} cm from its goal"
 
 
-def _write_files(made: Order, result: baking.Result) -> list[Path]:
-    """Write the .blend and the takes' .npz files; return where. Raise SampError."""
+def _write_files(context: Any, made: Order, result: baking.Result) -> list[Path]:
+    """Write the .blend, the takes' .npz files and pictures, and note them in the report; return them. Raise SampError.
+
+    The pictures come last, for they change the open scene.
+    """
     files = []
     if made.output:
         open_scene.save_copy(made.output)
         files.append(made.output)
-    if made.npz is None:
-        return files
-    places = made.npz_paths()
-    try:
-        for variant, action in zip(result.variants, result.actions, strict=True):
-            files.append(places[variant["seed"]])
+    takes = list(zip(result.variants, result.actions, strict=True))
+    for variant, action in takes if made.npz is not None else []:
+        files.append(made.npz_paths()[variant["seed"]])
+        variant["npz"] = str(files[-1].absolute())
+        try:
             with atomic_write(files[-1]) as part:
                 amass.write_amass(keyframes.read_motion(result.owner, action), part)
-    except OSError as error:
-        raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
+        except OSError as error:
+            raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
+    for variant, action in takes if made.preview is not None else []:
+        files.append(made.preview_paths()[variant["seed"]])
+        variant["preview"] = str(files[-1].absolute())
+        preview.write(context, result.owner, action, files[-1])
     return files

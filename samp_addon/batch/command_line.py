@@ -15,7 +15,8 @@ from .farm import selection
 UNITS = ("m", "cm", "mm", "in", "ft")
 UP = ("Y", "Z")
 ON_FAILURE = ("fail", "report")
-FARM = ("jobs", "part", "lines", "on_failure", "relative_to", "progress", "merge")
+VIEWS = ("page", "table")
+FARM = ("jobs", "part", "lines", "on_failure", "relative_to", "progress", "merge", *VIEWS)
 """Options of the command line that a line of a jobs file cannot have."""
 
 LONGEST_MESSAGE = 300
@@ -88,7 +89,10 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--overwrite", action="store_true", help="let --output replace the scene's own file")
     add("--npz", type=file_name, metavar="DIR", help="folder for each take as AMASS SMPL-X .npz")
+    add("--preview", type=file_name, metavar="DIR", help="folder for a picture of each take, 480 pixels wide")
     add("--report", type=file_name, metavar="FILE", help="JSON about what was made")
+    add("--page", type=file_name, metavar="FILE", help="the report as a page (.html) with pictures, sortable")
+    add("--table", type=file_name, metavar="FILE", help="all measures of the report as .csv or .parquet")
     add(
         "--jobs",
         type=file_name,

@@ -17,9 +17,11 @@ from ..pipeline.driver import Toolbox
 from . import command_line, many, report_file
 from .build import build
 from .carry_out import carry_out, require_scene
+from .command_line import VIEWS
 from .console import Console, counted
 from .farm.merge import merge
 from .order import PATHS, order
+from .results import views
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
 
@@ -31,6 +33,7 @@ def main(arguments: Sequence[str], tools: Toolbox | None = None) -> int:
         with _stopped_by_sigterm():
             options = _from_folder(command_line.parse(arguments))
             console = Console(options.get("progress"))
+            views.check(options)
             if "merge" in options:
                 return _merge(options, console)
             if "jobs" in options:
@@ -61,7 +64,9 @@ def _one(options: Mapping[str, Any], tools: Toolbox | None, console: Console) ->
     for error in outcome.errors:
         console.complain(error["message"])
     content = reporting.report(outcome.variants, outcome.errors)
-    report_file.write(made.report, content | {"builds": [build()], "job": made.options()})
+    content |= {"builds": [build()], "job": made.options()}
+    report_file.write(made.report, content)
+    views.write(options, content)
     if outcome.errors:
         console.fail(outcome.errors[0]["message"])
         return FAILED
@@ -71,7 +76,10 @@ def _one(options: Mapping[str, Any], tools: Toolbox | None, console: Console) ->
 
 
 def _many(options: Mapping[str, Any], tools: Toolbox | None, console: Console) -> int:
+    if {"part", "lines"} & set(options):
+        views.refuse(options, "of a part is of no use; write it with --merge")
     tally = many.bake_lines(options, tools, console)
+    views.write(options, tally.report)
     if not tally.failed or options.get("on_failure") == "report":
         return DONE
     console.fail(tally.reason)
@@ -82,7 +90,9 @@ def _merge(options: Mapping[str, Any], console: Console) -> int:
     """Join reports into one; the status is that of a run over all lines."""
     if "report" not in options:
         raise UsageError("Say where the joined report goes with --report.")
-    other = sorted(set(options) - {"merge", "report", "jobs", "on_failure", "progress", "relative_to"})
+    other = sorted(
+        set(options) - {"merge", "report", "jobs", "on_failure", "progress", "relative_to", *VIEWS}
+    )
     if other:
         raise UsageError(
             f"--merge joins reports and bakes nothing; leave out --{other[0].replace('_', '-')}."
@@ -90,6 +100,7 @@ def _merge(options: Mapping[str, Any], console: Console) -> int:
     jobs = Path(options["jobs"]) if "jobs" in options else None
     joined = merge([Path(name) for name in options["merge"]], jobs)
     report_file.write(Path(options["report"]), joined)
+    views.write(options, joined)
     if len(joined["builds"]) > 1:
         console.complain(
             f"The parts come from {len(joined['builds'])} different builds, so equal lines may give other takes; "
@@ -105,7 +116,7 @@ def _from_folder(options: dict[str, Any]) -> dict[str, Any]:
     if "relative_to" not in options:
         return options
     made = dict(options)
-    for name in set(made) & {*PATHS, "jobs"}:
+    for name in set(made) & {*PATHS, *VIEWS, "jobs"}:
         made[name] = os.path.abspath(made[name])
     if "merge" in made:
         made["merge"] = [os.path.abspath(name) for name in made["merge"]]

@@ -23,9 +23,9 @@ from .report_file import ReportFile
 
 @dataclass(frozen=True)
 class Tally:
-    """What became of a run: how many lines it had, how many of them failed, and why the first one did."""
+    """What became of a run: its report, how many lines failed, and why the first one of them did."""
 
-    lines: int
+    report: Mapping[str, Any]
     failed: int
     reason: str = ""
 
@@ -62,7 +62,7 @@ def bake_lines(
     if not chosen:
         report.update(last=True)
     console.advance(1.0, f"{len(chosen) - failed} of {len(chosen)} lines done")
-    return Tally(len(chosen), failed, reason)
+    return Tally(report.content(), failed, reason)
 
 
 def _selection(options: Mapping[str, Any]) -> Selection:

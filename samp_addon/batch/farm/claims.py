@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import SampError
-from ..order import Order
+from ..order import PATHS, Order
 
 Line = tuple[int, str | SampError]
 _Key = tuple[str, ...]
@@ -70,7 +70,8 @@ def written(made: Order) -> list[str]:
     """Return the files that an order writes, as absolute paths."""
     single = [path for path in (made.output, made.report) if path is not None]
     takes = list(made.npz_paths().values()) if made.npz is not None else []
-    return [os.path.abspath(path) for path in (*single, *takes)]
+    pictures = list(made.preview_paths().values()) if made.preview is not None else []
+    return [os.path.abspath(path) for path in (*single, *takes, *pictures)]
 
 
 def _job(made: Order) -> str:
@@ -85,10 +86,12 @@ def _keys(text: str, shared: Mapping[str, Any], opened: Path | None) -> Iterator
         return
     if not isinstance(values, dict):
         return
-    found = {name: values.get(name, shared.get(name)) for name in ("scene", "output", "npz", "report")}
+    found = {name: values.get(name, shared.get(name)) for name in PATHS}
     paths = {name: path for name, path in found.items() if isinstance(path, str) and "\0" not in path}
     for name in ("output", "report"):
         if name in paths:
             yield "file", os.path.abspath(paths[name])
-    if "npz" in paths:
-        yield "takes", os.path.abspath(paths["npz"]), Path(paths.get("scene") or opened or "untitled").stem
+    for name in ("npz", "preview"):
+        if name in paths:
+            stem = Path(paths.get("scene") or opened or "untitled").stem
+            yield name, os.path.abspath(paths[name]), stem

@@ -12,6 +12,7 @@ from typing import Any
 from ...errors import SampError, UsageError
 from .. import command_line, jobs_file, report_file
 from ..console import Console
+from ..results import views
 from .chunks import Chunk, Work, bake_chunk, chunks
 from .merge import merge
 from .progress_bar import ProgressBar
@@ -75,6 +76,8 @@ def _run(given: argparse.Namespace, console: Console, bake: Any) -> int:
         )
     jobs = Path(os.path.abspath(options.pop("jobs", own["file"])))
     report = Path(os.path.abspath(options.pop("report"))) if "report" in options else None
+    asked = {name: os.path.abspath(options.pop(name)) for name in command_line.VIEWS if name in options}
+    views.check(asked)
     pieces = chunks((number for number, _ in jobs_file.lines(jobs)), own["chunk"])
     folder = Path(options.pop("relative_to", "."))
     reports = (report or jobs).with_name(f"{(report or jobs).name}.parts")
@@ -87,6 +90,7 @@ def _run(given: argparse.Namespace, console: Console, bake: Any) -> int:
     joined = merge([reports] if reports.is_dir() else [], jobs)
     _explain(joined["errors"], lost)
     report_file.write(report, joined)
+    views.write(asked, joined)
     shutil.rmtree(reports, ignore_errors=True)
     for error in joined["errors"]:
         console.complain(f"Line {error['line']}: {error['message']}")
