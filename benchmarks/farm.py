@@ -174,6 +174,12 @@ def _check(process: subprocess.Popen) -> None:
         sys.exit(f"{' '.join(map(str, process.args))} has ended with status {process.returncode}")
 
 
+def _core_seconds() -> float:
+    """Return the processor time of this process and of all that it has started and that have ended."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
+
+
 def hashes(folder: Path) -> dict[str, str]:
     """Return a hash of each take of a folder."""
     import numpy as np
@@ -202,13 +208,13 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
         prepare(folder, given.lines, given.scene)
         setting = Setting(folder, given.lines, given.workers, given.chunk, given.kill_every)
-        found, seconds, notes = {}, {}, {}
+        found, seconds, cores, notes = {}, {}, {}, {}
         for way in given.ways:
             for path in folder.glob("night.jsonl.*done"):
                 path.unlink()
-            begun = time.perf_counter()
+            begun, used = time.perf_counter(), _core_seconds()
             notes[way] = globals()[way](setting)
-            seconds[way] = time.perf_counter() - begun
+            seconds[way], cores[way] = time.perf_counter() - begun, _core_seconds() - used
         for way in given.ways:
             found[way] = hashes(folder / way / "npz")
     wrong = 0
@@ -217,7 +223,10 @@ def main() -> int:
         same = sum(found[way].get(take) == made for take, made in first.items())
         wrong += len(found[way]) != given.lines or same != len(first)
         speed = f"{given.lines / seconds[way] * 3600:.0f} lines an hour"
-        print(f"{way}: {len(found[way])} takes, {same} as the first way's, {seconds[way]:.1f} s, {speed}")
+        cost = f"{cores[way] / given.lines:.1f} core seconds a line"
+        print(
+            f"{way}: {len(found[way])} takes, {same} as the first way's, {seconds[way]:.1f} s, {speed}, {cost}"
+        )
         print("".join(f"    {note}\n" for note in notes[way]), end="")
     return int(wrong > 0)
 

@@ -69,6 +69,8 @@ function authorMergeTask(settings) {
     task.addCommand(bakeCommand(settings, [
         "--merge", path.join(settings.output_folder, "parts"),
         "--report", path.join(settings.output_folder, "report.json"),
+        "--page", path.join(settings.output_folder, "index.html"),
+        "--table", path.join(settings.output_folder, "takes.csv"),
     ]));
     return task;
 }

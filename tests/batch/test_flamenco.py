@@ -122,3 +122,4 @@ def test_the_commands_bake_and_merge(room, tmp_path):
             assert (done.returncode, done.stderr) == (0, ""), task
     assert [row["line"] for row in load(tmp_path / "out" / "report.json")["variants"]] == [1, 2, 3]
     assert len(list((tmp_path / "out" / "npz").iterdir())) == 3
+    assert (tmp_path / "out" / "index.html").is_file() and (tmp_path / "out" / "takes.csv").is_file()

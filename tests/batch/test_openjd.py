@@ -63,6 +63,7 @@ def test_chunks_are_baked_and_merged(night):
     assert sorted(path.name for path in (folder / "out" / "npz").iterdir()) == [
         f"room_sit_Sofa_{seed}.npz" for seed in (1, 2, 3)
     ]
+    assert (folder / "out" / "index.html").is_file() and (folder / "out" / "takes.csv").is_file()
     assert "openjd_progress: 50.0" in said and "openjd_status: 2/2 line 2" in said
 
 
