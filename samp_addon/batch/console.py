@@ -1,4 +1,4 @@
-"""The lines that the batch prints: for people, and for the manager of a render farm."""
+"""Output of the batch: human-readable lines, and progress lines for render-farm managers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _print(text: str) -> None:
 class Console:
     """Standard output and standard error of the batch.
 
-    farm: one of FORMATS, in addition to the lines for people. silent: whether nothing is printed at all.
+    farm: one of FORMATS, in addition to the human-readable lines. silent: print nothing.
     """
 
     farm: str | None = None
@@ -41,12 +41,12 @@ class Console:
             print(f"bake: {printable(line)}", file=sys.stderr, flush=True)
 
     def advance(self, share: float, status: str, write: Callable[[str], object] = _print) -> None:
-        """Report to a farm's manager how much of the work is done, 0 to 1, and what it is at."""
+        """Report the progress, 0 to 1, and the current step to a farm's manager."""
         if self.farm == "openjd":
             write(f"openjd_progress: {100 * share:.1f}\nopenjd_status: {_one_line(status)}\n")
 
     def fail(self, reason: str) -> None:
-        """Report to a farm's manager why the run fails."""
+        """Report the reason for a failed run to a farm's manager."""
         if self.farm == "openjd":
             _print(f"openjd_fail: {_one_line(reason)}\n")
 

@@ -101,7 +101,7 @@ class _Run:
         own = (*command_line.FARM, "report")
         shared = {name: value for name, value in options.items() if name not in own}
         opened, numbers = open_scene.open_file(), frozenset(number for number, _ in chosen)
-        claims = Claims(lines, shared, opened, lambda text: _understood(text, shared, opened))
+        claims = Claims(lines, shared, opened, lambda text: _parsed(text, shared, opened))
         ledger = Ledger.beside(path, numbers, _selection(options))
         return cls(shared, ledger, claims, numbers, opened, tools, console)
 
@@ -134,7 +134,7 @@ class _Run:
         return outcome
 
 
-def _understood(text: str, shared: Mapping[str, Any], opened: Path | None) -> Order | None:
+def _parsed(text: str, shared: Mapping[str, Any], opened: Path | None) -> Order | None:
     """Return the order of a line, or None where it cannot be done."""
     try:
         made = order(jobs_file.options(text, shared), opened)

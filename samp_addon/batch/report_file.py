@@ -46,7 +46,7 @@ class ReportFile:
         self._path, self._selection = path, selection
         self._cost, self._written = 0.0, float("-inf")
         if path is not None and selection.name:
-            self._take_possession(path)
+            self._claim(path)
 
     def content(self) -> dict[str, Any]:
         """Return the report of what is done so far."""
@@ -63,7 +63,7 @@ class ReportFile:
             self._written = time.monotonic()
             self._cost = self._written - begun
 
-    def _take_possession(self, path: Path) -> None:
+    def _claim(self, path: Path) -> None:
         """Create the file, so that another part that begins at the same time finds it."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -137,7 +137,7 @@ def test_a_killed_worker_costs_its_running_chunk_only(tmp_path):
     assert made == (0, []) and set(done) == {piece.name for piece in pieces}
     ((chunk, pid),) = killed
     assert begun[chunk] == 2 and done[chunk] == 1
-    # What that worker has done, but nobody has fetched the result of, is begun again, too: its lines are skipped.
+    # Chunks whose result was lost with the worker are begun again as well; their lines are skipped.
     unfetched = {name for what, name, by in lines if what == "done" and by == pid}
     assert {name for name, count in begun.items() if count > 1} <= {chunk, *unfetched}
 

@@ -19,7 +19,7 @@ _Key = tuple[str, ...]
 class Claims:
     """The files that the lines of a jobs file write; of several lines that name a file, the first one writes it.
 
-    lines: all of the jobs file. shared: options of the command line. understood: returns the order of a line, or None
+    lines: all of the jobs file. shared: options of the command line. parse: returns the order of a line, or None
     where it cannot be done. Only lines that can collide with a line in question are parsed.
     """
 
@@ -28,9 +28,9 @@ class Claims:
         lines: Sequence[Line],
         shared: Mapping[str, Any],
         opened: Path | None,
-        understood: Callable[[str], Order | None],
+        parse: Callable[[str], Order | None],
     ) -> None:
-        self._understood = understood
+        self._parse = parse
         self._entered: set[int] = set()
         self._writers: dict[str, list[tuple[int, str]]] = defaultdict(list)
         self._neighbours: dict[_Key, list[tuple[int, str]]] = defaultdict(list)
@@ -49,7 +49,7 @@ class Claims:
         for key in self._keys[number]:
             for other, text in self._neighbours[key]:
                 if other < number and other not in self._entered:
-                    self._enter(other, self._understood(text))
+                    self._enter(other, self._parse(text))
         job, first = _job(made), number
         for path in written(made):
             line, other = min(self._writers[path])
