@@ -19,6 +19,7 @@ from ..methods.take import Take
 from ..pipeline import attempts
 from ..pipeline.driver import Toolbox
 from .console import Console
+from .farm import stopping
 from .order import Order
 from .quiet import quiet
 from .saved_takes import SavedTakes
@@ -55,6 +56,8 @@ def carry_out(
         with quiet() as write:
             context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
 
+            stopping.check()
+
             def on_take(take: Take) -> None:
                 done.append(take)
                 text = f"{place.label}take {len(done)}/{made.job.variants}: {_line(take)}"
@@ -62,7 +65,13 @@ def carry_out(
                 console.advance((place.index + len(done) / made.job.variants) / place.count, text, write)
 
             result = baking.run(
-                context, made.job, tools=tools, new_character=True, store=saved, on_take=on_take
+                context,
+                made.job,
+                lambda stage, share: stopping.check(),
+                tools=tools,
+                new_character=True,
+                store=saved,
+                on_take=on_take,
             )
             files = _write_files(context, made, result)
     except SampError as error:

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +16,7 @@ from .build import build
 from .carry_out import carry_out, require_scene
 from .command_line import VIEWS
 from .console import Console, counted
+from .farm import stopping
 from .farm.merge import merge
 from .order import PATHS, order
 from .results import views
@@ -30,9 +28,10 @@ def main(arguments: Sequence[str], tools: Toolbox | None = None) -> int:
     """Run the batch; return its exit status. Errors are one line on standard error."""
     console = Console()
     try:
-        with _stopped_by_sigterm():
-            options = _from_folder(command_line.parse(arguments))
+        with stopping.stoppable():
+            options = command_line.parse(arguments)
             console = Console(options.get("progress"))
+            options = _from_folder(options)
             views.check(options)
             if "merge" in options:
                 return _merge(options, console)
@@ -126,20 +125,3 @@ def _from_folder(options: dict[str, Any]) -> dict[str, Any]:
     except OSError as error:
         raise UsageError(f"--relative-to '{folder}' cannot be entered ({error.strerror}).") from error
     return made
-
-
-@contextmanager
-def _stopped_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM, with which farms cancel a task, stop the run as Ctrl+C does, so that it tidies up."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -14,6 +14,7 @@ from ..pipeline.driver import Toolbox
 from . import command_line, jobs_file, report_file
 from .carry_out import Outcome, Place, carry_out, require_scene
 from .console import Console
+from .farm import stopping
 from .farm.claims import Claims, Line
 from .farm.selection import Selection
 from .ledger import Ledger
@@ -46,6 +47,7 @@ def bake_lines(
     run = _Run.over(path, lines, chosen, options, tools, console)
     failed, reason = 0, ""
     for index, (number, text) in enumerate(chosen):
+        stopping.check()
         place = Place(index, len(chosen), f"{index + 1}/{len(chosen)} ")
         console.advance(index / len(chosen), f"{place.label}line {number}")
         entry, outcome, state = run.line(number, text, place)

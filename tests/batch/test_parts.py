@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
+import signal
 import time
 
 import pytest
@@ -302,3 +304,22 @@ def test_a_large_jobs_file_is_not_parsed_as_a_whole(night, monkeypatch):
     )
     assert run("--lines", "301-302") == 0
     assert len(night) == 2 and len(parsed) <= 4
+
+
+def test_a_stop_is_not_lost_where_blender_drops_the_exception(night, monkeypatch, capfd):
+    write_jobs(*({"npz": "npz", "seed": seed} for seed in (1, 2, 3)))
+    carry_out = many.carry_out
+
+    def dropping(made, *arguments):
+        with contextlib.suppress(KeyboardInterrupt):
+            if made.job.seed == 2:
+                signal.raise_signal(signal.SIGTERM)
+        return carry_out(made, *arguments)
+
+    monkeypatch.setattr(many, "carry_out", dropping)
+    before = signal.getsignal(signal.SIGTERM)
+    assert run("--report", "r.json", "--on-failure", "report") == 1
+    assert capfd.readouterr().err == "bake: Stopped.\n" and night == [1, 2]
+    assert signal.getsignal(signal.SIGTERM) is before
+    monkeypatch.setattr(many, "carry_out", carry_out)
+    assert run("--report", "r.json") == 0 and night == [1, 2, 3]
