@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import functools
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from ..body import body_shape
 from ..errors import UsageError
 from ..methods import registry
+from .console import FORMATS
+from .farm import selection
 
 UNITS = ("m", "cm", "mm", "in", "ft")
 UP = ("Y", "Z")
+ON_FAILURE = ("fail", "report")
+VIEWS = ("page", "table")
+FARM = ("jobs", "part", "lines", "on_failure", "relative_to", "progress", "merge", *VIEWS)
+"""Options of the command line that a line of a jobs file cannot have."""
 
 LONGEST_MESSAGE = 300
 """Characters of a message about an argument; a jobs file can hold a line of any length."""
@@ -102,14 +109,57 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--overwrite", action="store_true", help="let --output replace the scene's own file")
     add("--npz", type=file_name, metavar="DIR", help="folder for each take as AMASS SMPL-X .npz")
+    add("--preview", type=file_name, metavar="DIR", help="folder for a picture of each take, 480 pixels wide")
     add("--report", type=file_name, metavar="FILE", help="JSON about what was made")
+    add("--page", type=file_name, metavar="FILE", help="the report as a page (.html) with pictures, sortable")
+    add("--table", type=file_name, metavar="FILE", help="all measures of the report as .csv or .parquet")
     add(
         "--jobs",
         type=file_name,
         metavar="FILE",
         help="many jobs: a JSON object of these options a line; done ones are skipped",
     )
+    _add_farm_options(made)
     return made
+
+
+def _add_farm_options(made: argparse.ArgumentParser) -> None:
+    """Add the options for a jobs file that is done in pieces."""
+    add = made.add_argument
+    add(
+        "--part",
+        type=selection.part,
+        metavar="I/N",
+        help="of a jobs file, only the lines whose number is I modulo N; lines count from 1, I from 0 to N",
+    )
+    add("--lines", type=selection.span, metavar="FIRST-LAST", help="of a jobs file, only these lines")
+    add(
+        "--on-failure",
+        dest="on_failure",
+        choices=ON_FAILURE,
+        metavar="fail|report",
+        help="exit status where a line of a jobs file fails: 1, or 0 with the reason in the report only (fail)",
+    )
+    add(
+        "--relative-to",
+        dest="relative_to",
+        type=file_name,
+        metavar="DIR",
+        help="folder, or a file in it, where relative names of a jobs file begin; left out, the current one",
+    )
+    add(
+        "--progress",
+        choices=FORMATS,
+        metavar="FORMAT",
+        help=f"also print progress as a render farm reads it: {', '.join(FORMATS)}",
+    )
+    add(
+        "--merge",
+        type=file_name,
+        nargs="+",
+        metavar="REPORT",
+        help="join reports of parts, or folders of them, into --report; with --jobs, lines without one are errors",
+    )
 
 
 def _add_options(made: argparse.ArgumentParser, method: registry.Method) -> None:
@@ -130,4 +180,15 @@ def _add_options(made: argparse.ArgumentParser, method: registry.Method) -> None
 
 def parse(arguments: Sequence[str]) -> dict[str, Any]:
     """Return the options on a command line, without those left out. Raise UsageError."""
-    return vars(parser().parse_args(list(arguments)))
+    return vars(current_parser().parse_args(list(arguments)))
+
+
+def current_parser() -> argparse.ArgumentParser:
+    """Return the parser, built once for the registered methods: a jobs file needs it for each line."""
+    return _built_for(tuple((name, id(method)) for name, method in registry.METHODS.items()))
+
+
+@functools.lru_cache(maxsize=1)
+def _built_for(methods: tuple[tuple[str, int], ...]) -> argparse.ArgumentParser:
+    """Return the parser. methods: what it depends on."""
+    return parser()

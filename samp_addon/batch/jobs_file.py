@@ -21,7 +21,7 @@ _MARKS = (
     (codecs.BOM_UTF16_BE, "utf-16"),
     (codecs.BOM_UTF8, "utf-8-sig"),
 )
-_OWN = ("jobs", "help")  # options of the command line that a line cannot have
+_OWN = (*command_line.FARM, "help")  # options of the command line that a line cannot have
 
 
 def lines(path: Path) -> list[tuple[int, str | SampError]]:
@@ -86,7 +86,9 @@ def arguments(values: Mapping[str, Any]) -> list[str]:
 
 def _switches() -> dict[str, argparse.Action]:
     """Return the parser's options by the name that a line has for them."""
-    return {action.dest: action for action in command_line.parser()._actions if action.dest not in _OWN}
+    return {
+        action.dest: action for action in command_line.current_parser()._actions if action.dest not in _OWN
+    }
 
 
 def _argument(switch: argparse.Action, value: Any) -> list[str]:

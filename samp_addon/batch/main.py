@@ -2,236 +2,126 @@
 
 from __future__ import annotations
 
-import json
-import re
-import sys
-import traceback
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .. import dependencies
-from ..atomic_file import atomic_write
-from ..blender.actions import keyframes
 from ..blender.scene import open_scene
-from ..blender.takes import baking, reporting
-from ..body import amass
+from ..blender.takes import reporting
 from ..errors import SampError, UsageError
-from ..methods.take import Take
-from ..pipeline import attempts
 from ..pipeline.driver import Toolbox
-from . import command_line, jobs_file
-from .ledger import Ledger
-from .order import Order, order
-from .quiet import quiet
-from .saved_takes import SavedTakes
+from . import command_line, many, report_file
+from .build import build
+from .carry_out import carry_out, require_scene
+from .command_line import VIEWS
+from .console import Console, counted
+from .farm import stopping
+from .farm.merge import merge
+from .order import PATHS, order
+from .results import views
 
 DONE, FAILED, UNUSABLE = 0, 1, 2
-
-LONGEST_LINE = 600
-"""Characters of a line on standard error."""
-
-
-@dataclass
-class Outcome:
-    """What became of one order: the report's variants and errors, and the files written."""
-
-    variants: list[dict] = field(default_factory=list)
-    errors: list[dict] = field(default_factory=list)
-    files: list[Path] = field(default_factory=list)
 
 
 def main(arguments: Sequence[str], tools: Toolbox | None = None) -> int:
     """Run the batch; return its exit status. Errors are one line on standard error."""
+    console = Console()
     try:
-        options = command_line.parse(arguments)
-        if "jobs" in options:
-            return _many(options, tools)
-        return _one(options, tools)
+        with stopping.stoppable():
+            options = command_line.parse(arguments)
+            console = Console(options.get("progress"))
+            options = _from_folder(options)
+            views.check(options)
+            if "merge" in options:
+                return _merge(options, console)
+            if "jobs" in options:
+                return _many(options, tools, console)
+            return _one(options, tools, console)
     except UsageError as error:
-        _complain(str(error))
-        return UNUSABLE
+        return _failed(console, str(error), UNUSABLE)
+    except SampError as error:
+        return _failed(console, str(error), FAILED)
     except KeyboardInterrupt:
-        _complain("Stopped.")
-        return FAILED
+        return _failed(console, "Stopped.", FAILED)
 
 
-def _one(options: Mapping[str, Any], tools: Toolbox | None) -> int:
-    made = order(options, open_scene.open_file())
-    _require_scene(made)
-    outcome = _carry_out(made, tools)
+def _failed(console: Console, reason: str, status: int) -> int:
+    console.complain(reason)
+    console.fail(reason)
+    return status
+
+
+def _one(options: Mapping[str, Any], tools: Toolbox | None, console: Console) -> int:
+    for name in ("part", "lines", "on_failure", "relative_to"):
+        if name in options:
+            raise UsageError(f"--{name.replace('_', '-')} is for jobs files; name one with --jobs.")
+    own = {name: value for name, value in options.items() if name not in command_line.FARM}
+    made = order(own, open_scene.open_file())
+    require_scene(made)
+    outcome = carry_out(made, tools, console)
     for error in outcome.errors:
-        _complain(error["message"])
-    if not _write_report(made.report, outcome.variants, outcome.errors) or outcome.errors:
+        console.complain(error["message"])
+    content = reporting.report(outcome.variants, outcome.errors)
+    content |= {"builds": [build()], "job": made.options()}
+    report_file.write(made.report, content)
+    views.write(options, content)
+    if outcome.errors:
+        console.fail(outcome.errors[0]["message"])
         return FAILED
     files = ", ".join(map(str, outcome.files)) or "the report"
-    _say(f"Baked {_counted(len(outcome.variants), 'take')}: {files}")
+    console.say(f"Baked {counted(len(outcome.variants), 'take')}: {files}")
     return DONE
 
 
-def _many(options: Mapping[str, Any], tools: Toolbox | None) -> int:
-    """Carry out all jobs of a file; what its ledger holds is not done again."""
-    path = Path(options["jobs"])
-    lines = jobs_file.lines(path)
-    shared = {name: value for name, value in options.items() if name not in ("jobs", "report")}
-    report = Path(options["report"]) if "report" in options else None
-    run = _Run(shared, Ledger.beside(path), tools, open_scene.open_file())
-    variants, errors = [], []
-    for count, (number, text) in enumerate(lines, start=1):
-        entry, outcome, state = run.line(number, text, f"{count}/{len(lines)} ")
-        for error in outcome.errors:
-            state = "failed"
-            _complain(f"Line {number}: {error['message']}")
-        variants += [entry | variant for variant in outcome.variants]
-        errors += [entry | error for error in outcome.errors]
-        _say(f"{count}/{len(lines)} {state}")
-        if not _write_report(report, variants, errors):
-            return FAILED
-    return FAILED if errors else DONE
+def _many(options: Mapping[str, Any], tools: Toolbox | None, console: Console) -> int:
+    if {"part", "lines"} & set(options):
+        views.refuse(options, "of a part is of no use; write it with --merge")
+    tally = many.bake_lines(options, tools, console)
+    views.write(options, tally.report)
+    if not tally.failed or options.get("on_failure") == "report":
+        return DONE
+    console.fail(tally.reason)
+    return FAILED
 
 
-@dataclass
-class _Run:
-    """One run over a jobs file. opened: the file that was open at its start. claimed: which line writes which file."""
-
-    shared: Mapping[str, Any]
-    ledger: Ledger
-    tools: Toolbox | None
-    opened: Path | None
-    claimed: dict[Path, tuple[int, str]] = field(default_factory=dict)
-
-    def line(self, number: int, text: str | SampError, label: str) -> tuple[dict, Outcome, str]:
-        """Return the report's entry of a line, its outcome, and "done" or "done before"."""
-        entry: dict[str, Any] = {"line": number}
-        try:
-            if isinstance(text, SampError):
-                raise text
-            made = order(jobs_file.options(text, self.shared), self.opened)
-            entry["job"] = made.options()
-            _require_scene(made)
-            self._claim(made, number)
-            variants = self.ledger.recall(made)
-            if variants is not None:
-                return entry, Outcome(variants=variants), "done before"
-            saved = self.ledger.saved(made)
-            outcome = _carry_out(made, self.tools, saved, label)
-            if not outcome.errors:
-                self.ledger.record(made, outcome.variants, outcome.files)
-                saved.forget()
-                _write_report(made.report, outcome.variants, [])
-        except SampError as error:
-            outcome = Outcome(errors=[{"message": str(error)}])
-        return entry, outcome, "done"
-
-    def _claim(self, made: Order, number: int) -> None:
-        """Raise SampError if another line writes the same files with other options."""
-        key = json.dumps(made.options(), sort_keys=True)
-        files = [made.output] if made.output else []
-        files += list(npz_paths(made).values()) if made.npz else []
-        for path in files:
-            line, other = self.claimed.setdefault(path.absolute(), (number, key))
-            if other != key:
-                raise SampError(f"'{path}' is written by line {line} already; name another file.")
+def _merge(options: Mapping[str, Any], console: Console) -> int:
+    """Join reports into one; the status is that of a run over all lines."""
+    if "report" not in options:
+        raise UsageError("Say where the joined report goes with --report.")
+    other = sorted(
+        set(options) - {"merge", "report", "jobs", "on_failure", "progress", "relative_to", *VIEWS}
+    )
+    if other:
+        raise UsageError(
+            f"--merge joins reports and bakes nothing; leave out --{other[0].replace('_', '-')}."
+        )
+    jobs = Path(options["jobs"]) if "jobs" in options else None
+    joined = merge([Path(name) for name in options["merge"]], jobs)
+    report_file.write(Path(options["report"]), joined)
+    views.write(options, joined)
+    if len(joined["builds"]) > 1:
+        console.complain(
+            f"The parts come from {len(joined['builds'])} different builds, so equal lines may give other takes; "
+            "the report lists the builds."
+        )
+    done, failed = counted(len(joined["variants"]), "take"), counted(len(joined["errors"]), "error")
+    console.say(f"Merged {done}, {failed}: {options['report']}")
+    return FAILED if joined["errors"] and options.get("on_failure") != "report" else DONE
 
 
-def _carry_out(
-    made: Order, tools: Toolbox | None, saved: SavedTakes | None = None, label: str = ""
-) -> Outcome:
-    """Carry out one order, from its file to its files; errors are in the outcome. label: before each take's line."""
+def _from_folder(options: dict[str, Any]) -> dict[str, Any]:
+    """Enter the folder of --relative-to, in which the names of a jobs file begin; names of the command line stay."""
+    if "relative_to" not in options:
+        return options
+    made = dict(options)
+    for name in set(made) & {*PATHS, *VIEWS, "jobs"}:
+        made[name] = os.path.abspath(made[name])
+    if "merge" in made:
+        made["merge"] = [os.path.abspath(name) for name in made["merge"]]
+    folder = Path(made["relative_to"])
     try:
-        with quiet() as say:
-            context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
-
-            def on_take(take: Take) -> None:
-                done.append(take)
-                say(f"bake: {label}take {len(done)}/{made.job.variants}: {_line(take)}\n")
-
-            result = baking.run(
-                context, made.job, tools=tools, new_character=True, store=saved, on_take=on_take
-            )
-            files = _write_files(made, result)
-    except SampError as error:
-        return Outcome(errors=[{"message": str(error)}])
-    except Exception as error:
-        if sentence := dependencies.explain(error):
-            return Outcome(errors=[{"message": sentence}])
-        # Never a traceback on the screen; whoever mends the program finds it in the report.
-        text = f"Something unexpected went wrong ({type(error).__name__}: {error}); please report it."
-        return Outcome(errors=[{"message": " ".join(text.split()), "traceback": traceback.format_exc()}])
-    errors = [{"seed": failure.seed, "message": failure.message} for failure in result.failures]
-    return Outcome(result.variants, errors, files)
-
-
-def _line(take: Take) -> str:
-    """Return what standard output says of a finished take."""
-    if take.goal is None:
-        return f"seed {take.seed}, {take.motion.seconds:.1f} s"
-    return f"seed {take.seed}, {attempts.error(take):.1f} cm from its goal"
-
-
-def _require_scene(made: Order) -> None:
-    """Raise UsageError where there is no scene, before any work is done."""
-    if made.scene is not None and not made.scene.is_file():
-        raise UsageError(f"There is no file '{made.scene}'; name the scene to open with --scene.")
-    if made.scene is None and not open_scene.is_open():
-        raise UsageError("Name the scene to open with --scene FILE.")
-
-
-def npz_paths(made: Order) -> dict[int, Path]:
-    """Return where each seed's take goes, named after scene, action, target and seed."""
-    scene = (made.scene or made.opened or Path("untitled")).stem
-    words = [scene, *(word for step in made.job.steps for word in (step.action, step.target))]
-    stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
-    return {seed: made.npz / f"{stem}_{seed}.npz" for seed in made.job.seeds}
-
-
-def _write_files(made: Order, result: baking.Result) -> list[Path]:
-    """Write the .blend and the takes' .npz files; return where. Raise SampError."""
-    files = []
-    if made.output:
-        open_scene.save_copy(made.output)
-        files.append(made.output)
-    if made.npz is None:
-        return files
-    places = npz_paths(made)
-    try:
-        for variant, action in zip(result.variants, result.actions, strict=True):
-            files.append(places[variant["seed"]])
-            with atomic_write(files[-1]) as part:
-                amass.write_amass(keyframes.read_motion(result.owner, action), part)
+        os.chdir(folder.parent if folder.is_file() else folder)
     except OSError as error:
-        raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
-    return files
-
-
-def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[dict]) -> bool:
-    """Write the report, whole or not at all; return whether that worked."""
-    if path is None:
-        return True
-    try:
-        with atomic_write(path) as part:
-            part.write_text(json.dumps(reporting.report(variants, errors), indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        _complain(f"The report '{path}' cannot be written ({error.strerror}); choose another --report.")
-        return False
-    return True
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def _say(text: str) -> None:
-    print(f"bake: {_printable(text)}", flush=True)
-
-
-def _complain(text: str) -> None:
-    line = " ".join(text.split())
-    line = line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + " ..."
-    print(f"bake: {_printable(line)}", file=sys.stderr, flush=True)
-
-
-def _printable(text: str) -> str:
-    """Return the text without what no encoding has, such as half a surrogate pair from a JSON string."""
-    return text.encode("utf-8", "replace").decode("utf-8")
+        raise UsageError(f"--relative-to '{folder}' cannot be entered ({error.strerror}).") from error
+    return made

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -14,7 +15,7 @@ from ..methods import registry
 from ..methods.step import Step
 from ..pipeline.job import Job
 
-PATHS = ("scene", "output", "npz", "report")
+PATHS = ("scene", "output", "npz", "report", "preview")
 IMPORT = ("units", "up")  # how an imported scene is read
 ROW = ("action", "target", "to", "method")  # options that steps in a row have one each of
 
@@ -32,10 +33,25 @@ class Order:
     output: Path | None = None
     npz: Path | None = None
     report: Path | None = None
+    preview: Path | None = None
     opened: Path | None = None
     overwrite: bool = False
     units: str | None = None
     up: str | None = None
+
+    def npz_paths(self) -> dict[int, Path]:
+        """Return where each seed's take goes, named after scene, action, target and seed."""
+        return self._take_paths(self.npz, ".npz")
+
+    def preview_paths(self) -> dict[int, Path]:
+        """Return where the picture of each seed's take goes, named as the take."""
+        return self._take_paths(self.preview, ".png")
+
+    def _take_paths(self, folder: Path, suffix: str) -> dict[int, Path]:
+        scene = (self.scene or self.opened or Path("untitled")).stem
+        words = [scene, *(word for step in self.job.steps for word in (step.action, step.target))]
+        stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
+        return {seed: folder / f"{stem}_{seed}{suffix}" for seed in self.job.seeds}
 
     def options(self) -> dict[str, Any]:
         """Return the options in force, as JSON holds them; paths absolute."""
@@ -48,6 +64,8 @@ class Order:
             path = getattr(self, name)
             found[name] = None if path is None else str(path.absolute())
         found |= {name: getattr(self, name) for name in IMPORT if getattr(self, name) is not None}
+        if self.preview is not None:
+            found["preview"] = str(self.preview.absolute())
         return json.loads(json.dumps(found))
 
     def _step(self, step: Step) -> dict[str, Any]:

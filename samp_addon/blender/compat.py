@@ -11,6 +11,11 @@ SLOTTED = bpy.app.version >= (4, 4, 0)  # Actions hold slots, layers and strips
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
 
 
+def version() -> str:
+    """Return Blender's version, such as 4.2.3."""
+    return bpy.app.version_string
+
+
 def _channelbag(action: bpy.types.Action, slot: object, create: bool) -> object | None:
     """Return the f-curves of a slot in the action's first keyframe strip, or None."""
     if not action.layers:

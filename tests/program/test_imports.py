@@ -64,7 +64,7 @@ class Import:
 
 def modules(root: Path) -> dict[str, Path]:
     """Module name -> file, of all rooms and tools."""
-    folders = ("samp_addon", "operators", "models", "training", *TOOLS)
+    folders = ("samp_addon", "operators", "models", "training", "batch", *TOOLS)
     files = [path for folder in folders for path in sorted((root / folder).rglob("*.py"))]
     named = {".".join(path.relative_to(root).with_suffix("").parts): path for path in files}
     return {name.removesuffix(".__init__"): path for name, path in named.items()}

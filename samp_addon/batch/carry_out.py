@@ -1,0 +1,126 @@
+"""One order of the batch, from its scene's file to the files that it leaves."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .. import dependencies
+from ..atomic_file import atomic_write
+from ..blender.actions import keyframes
+from ..blender.render import preview
+from ..blender.scene import open_scene
+from ..blender.takes import baking
+from ..body import amass
+from ..errors import SampError, UsageError
+from ..methods.take import Take
+from ..pipeline import attempts
+from ..pipeline.driver import Toolbox
+from .console import Console
+from .farm import stopping
+from .order import Order
+from .quiet import quiet
+from .saved_takes import SavedTakes
+
+
+@dataclass
+class Outcome:
+    """What became of one order: the report's variants and errors, and the files written."""
+
+    variants: list[dict] = field(default_factory=list)
+    errors: list[dict] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an order stands in a run: `index` of `count` orders, from 0; the lines of its takes begin with label."""
+
+    index: int = 0
+    count: int = 1
+    label: str = ""
+
+
+def carry_out(
+    made: Order,
+    tools: Toolbox | None,
+    console: Console,
+    saved: SavedTakes | None = None,
+    place: Place | None = None,
+) -> Outcome:
+    """Carry out one order; errors are in the outcome. place: in a jobs file."""
+    place = place or Place()
+    try:
+        with quiet() as write:
+            context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
+
+            stopping.check()
+
+            def on_take(take: Take) -> None:
+                done.append(take)
+                text = f"{place.label}take {len(done)}/{made.job.variants}: {_line(take)}"
+                console.say(text, write)
+                console.advance((place.index + len(done) / made.job.variants) / place.count, text, write)
+
+            result = baking.run(
+                context,
+                made.job,
+                lambda stage, share: stopping.check(),
+                tools=tools,
+                new_character=True,
+                store=saved,
+                on_take=on_take,
+            )
+            files = _write_files(context, made, result)
+    except SampError as error:
+        return Outcome(errors=[{"message": str(error)}])
+    except Exception as error:
+        if sentence := dependencies.explain(error):
+            return Outcome(errors=[{"message": sentence}])
+        # Never a traceback on the screen; whoever mends the program finds it in the report.
+        text = f"Something unexpected went wrong ({type(error).__name__}: {error}); please report it."
+        return Outcome(errors=[{"message": " ".join(text.split()), "traceback": traceback.format_exc()}])
+    errors = [{"seed": failure.seed, "message": failure.message} for failure in result.failures]
+    return Outcome(result.variants, errors, files)
+
+
+def require_scene(made: Order) -> None:
+    """Raise UsageError where there is no scene, before any work is done."""
+    if made.scene is not None and not made.scene.is_file():
+        raise UsageError(f"There is no file '{made.scene}'; name the scene to open with --scene.")
+    if made.scene is None and not open_scene.is_open():
+        raise UsageError("Name the scene to open with --scene FILE.")
+
+
+def _line(take: Take) -> str:
+    """Return what standard output says of a finished take."""
+    if take.goal is None:
+        return f"seed {take.seed}, {take.motion.seconds:.1f} s"
+    return f"seed {take.seed}, {attempts.error(take):.1f} cm from its goal"
+
+
+def _write_files(context: Any, made: Order, result: baking.Result) -> list[Path]:
+    """Write the .blend, the takes' .npz files and pictures, and note them in the report; return them. Raise SampError.
+
+    The pictures come last, for they change the open scene.
+    """
+    files = []
+    if made.output:
+        open_scene.save_copy(made.output)
+        files.append(made.output)
+    takes = list(zip(result.variants, result.actions, strict=True))
+    for variant, action in takes if made.npz is not None else []:
+        files.append(made.npz_paths()[variant["seed"]])
+        variant["npz"] = str(files[-1].absolute())
+        try:
+            with atomic_write(files[-1]) as part:
+                amass.write_amass(keyframes.read_motion(result.owner, action), part)
+        except OSError as error:
+            raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
+    for variant, action in takes if made.preview is not None else []:
+        files.append(made.preview_paths()[variant["seed"]])
+        variant["preview"] = str(files[-1].absolute())
+        preview.write(context, result.owner, action, files[-1])
+    return files
