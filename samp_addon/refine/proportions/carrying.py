@@ -79,13 +79,13 @@ def carry(motion: Motion, build: Build, seat: float | None = None, knees: bool =
     """Return a take on another build.
 
     seat: from the hips of the take's own body back to its skin, if known. knees: whether hips that rest move forward
-    where thighs are shorter, so that the knees are as far in front of the seat.
+    where thighs are shorter, so that the knees are as far in front of the seat, and where the body is thicker.
     """
     prints = Footprints.of(motion)
     plans = plan_feet(motion, prints)
     root = _root(motion, build, prints, seat)
     if knees:
-        root = root + _forward(motion, build, prints)
+        root = root + _forward(motion, build, prints, seat)
     body = replace(motion, root=root, rest_joints=build.joints)
     body = _follow_feet(body, motion, plans)
     planned = plan_feet(body, prints, known=plans)
@@ -135,8 +135,11 @@ def _root(motion: Motion, build: Build, prints: Footprints, seat: float | None) 
     return middle - rotation.rotate(globals_[:, 0], np.broadcast_to(hips(target), middle.shape))
 
 
-def _forward(motion: Motion, build: Build, prints: Footprints) -> np.ndarray:
-    """Return by how much hips that rest move forward (T, 3), metres: as much as the thighs are shorter."""
+def _forward(motion: Motion, build: Build, prints: Footprints, seat: float | None) -> np.ndarray:
+    """Return by how much hips that rest move forward (T, 3), metres: as much as thighs are shorter and backs thicker.
+
+    seat: see carry.
+    """
     lengths = [
         np.mean([np.linalg.norm(joints[foot.knee] - joints[foot.hip]) for foot in FEET])
         for joints in (motion.rest_joints, build.joints)
@@ -147,7 +150,9 @@ def _forward(motion: Motion, build: Build, prints: Footprints) -> np.ndarray:
     tall = float(hips(motion.rest_joints)[1] - sole_height(motion.rest_joints))
     share = hip_lift(over, _resting(motion, over / tall), np.ones(len(motion)), 0.0, tall)
     thighs = (positions[:, [foot.knee for foot in FEET]].mean(1) - middle) * [1.0, 0.0, 1.0]
-    return (1 - share)[:, None] * max(1 - lengths[1] / lengths[0], 0.0) * thighs
+    thicker = 0.0 if seat is None or build.seat is None else max(build.seat - seat, 0.0)
+    ahead = thighs / np.maximum(np.linalg.norm(thighs, axis=-1, keepdims=True), 0.1)
+    return (1 - share)[:, None] * (max(1 - lengths[1] / lengths[0], 0.0) * thighs + thicker * ahead)
 
 
 def _resting(motion: Motion, over: np.ndarray) -> np.ndarray:
