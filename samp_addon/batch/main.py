@@ -6,7 +6,7 @@ import json
 import re
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,12 +14,16 @@ from typing import Any
 from .. import dependencies
 from ..atomic_file import atomic_write
 from ..blender.actions import keyframes
+from ..blender.cast import baking as cast_baking
+from ..blender.cast.baking import CastResult
 from ..blender.scene import open_scene
 from ..blender.takes import baking, reporting
 from ..body import amass
 from ..errors import SampError, UsageError
 from ..methods.take import Take
 from ..pipeline import attempts
+from ..pipeline.cast.cast import Cast
+from ..pipeline.cast.directing import CastTake
 from ..pipeline.driver import Toolbox
 from . import command_line, jobs_file
 from .ledger import Ledger
@@ -143,13 +147,15 @@ def _carry_out(
         with quiet() as say:
             context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
 
-            def on_take(take: Take) -> None:
+            def on_take(take: Take | CastTake) -> None:
                 done.append(take)
                 say(f"bake: {label}take {len(done)}/{made.job.variants}: {_line(take)}\n")
 
-            result = baking.run(
-                context, made.job, tools=tools, new_character=True, store=saved, on_take=on_take
-            )
+            shared = {"tools": tools, "store": saved, "on_take": on_take}
+            if isinstance(made.job, Cast):
+                result = cast_baking.run(context, made.job, **shared)
+            else:
+                result = baking.run(context, made.job, new_character=True, **shared)
             files = _write_files(made, result)
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
@@ -163,8 +169,11 @@ def _carry_out(
     return Outcome(result.variants, errors, files)
 
 
-def _line(take: Take) -> str:
+def _line(take: Take | CastTake) -> str:
     """Return what standard output says of a finished take."""
+    if isinstance(take, CastTake):
+        overlap = f"bodies at most {100 * max(take.deepest, 0):.1f} cm in each other"
+        return f"seed {take.seed}, {_counted(len(take.takes), 'character')}, {overlap}"
     if take.goal is None:
         return f"seed {take.seed}, {take.motion.seconds:.1f} s"
     return f"seed {take.seed}, {attempts.error(take):.1f} cm from its goal"
@@ -178,15 +187,23 @@ def _require_scene(made: Order) -> None:
         raise UsageError("Name the scene to open with --scene FILE.")
 
 
-def npz_paths(made: Order) -> dict[int, Path]:
-    """Return where each seed's take goes, named after scene, action, target and seed."""
+def npz_paths(made: Order) -> dict[tuple[int, int], Path]:
+    """Return where each take goes, by its seed and its number in a cast: named after scene, action, target and seed."""
     scene = (made.scene or made.opened or Path("untitled")).stem
-    words = [scene, *(word for step in made.job.steps for word in (step.action, step.target))]
-    stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
-    return {seed: made.npz / f"{stem}_{seed}.npz" for seed in made.job.seeds}
+    if isinstance(made.job, Cast):
+        rows = [([member.name], member.job) for member in made.job.members]
+    else:
+        rows = [([], made.job)]
+    found = {}
+    for number, (words, job) in enumerate(rows):
+        words = [scene, *words, *(word for step in job.steps for word in (step.action, step.target))]
+        stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
+        stem = f"{stem}_{number}" if number and stem in {path.stem for path in found.values()} else stem
+        found |= {(seed, number): made.npz / f"{stem}_{seed}.npz" for seed in made.job.seeds}
+    return found
 
 
-def _write_files(made: Order, result: baking.Result) -> list[Path]:
+def _write_files(made: Order, result: baking.Result | CastResult) -> list[Path]:
     """Write the .blend and the takes' .npz files; return where. Raise SampError."""
     files = []
     if made.output:
@@ -196,13 +213,26 @@ def _write_files(made: Order, result: baking.Result) -> list[Path]:
         return files
     places = npz_paths(made)
     try:
-        for variant, action in zip(result.variants, result.actions, strict=True):
-            files.append(places[variant["seed"]])
+        for key, owner, action in _baked(result):
+            files.append(places[key])
             with atomic_write(files[-1]) as part:
-                amass.write_amass(keyframes.read_motion(result.owner, action), part)
+                amass.write_amass(keyframes.read_motion(owner, action), part)
     except OSError as error:
         raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
     return files
+
+
+def _baked(
+    result: baking.Result | CastResult,
+) -> Iterator[tuple[tuple[int, int], Any, Any]]:
+    """Yield seed and number of each take, with its armature and Action."""
+    if isinstance(result, CastResult):
+        for number, own in result.actions.items():
+            for seed, action in own.items():
+                yield (seed, number), result.owners[number], action
+        return
+    for variant, action in zip(result.variants, result.actions, strict=True):
+        yield (variant["seed"], 0), result.owner, action
 
 
 def _write_report(path: Path | None, variants: Sequence[dict], errors: Sequence[dict]) -> bool:

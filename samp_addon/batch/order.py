@@ -12,7 +12,9 @@ from typing import Any
 from ..errors import UsageError
 from ..methods import registry
 from ..methods.step import Step
+from ..pipeline.cast.cast import Cast
 from ..pipeline.job import Job
+from . import cast_entries
 
 PATHS = ("scene", "output", "npz", "report")
 IMPORT = ("units", "up")  # how an imported scene is read
@@ -27,7 +29,7 @@ class Order:
     scene's own file.
     """
 
-    job: Job
+    job: Job | Cast
     scene: Path | None = None
     output: Path | None = None
     npz: Path | None = None
@@ -39,9 +41,7 @@ class Order:
 
     def options(self) -> dict[str, Any]:
         """Return the options in force, as JSON holds them; paths absolute."""
-        found = {f.name: getattr(self.job, f.name) for f in fields(Job)}
-        found["settings"] = dict(self.job.settings)
-        found["then"] = [{name: getattr(step, name) for name in ROW} for step in self.job.then]
+        found = _of_cast(self.job) if isinstance(self.job, Cast) else _of_job(self.job)
         for name in ("scene", "output", "npz"):
             path = getattr(self, name)
             found[name] = None if path is None else str(path.absolute())
@@ -54,22 +54,12 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
 
     opened: the file that Blender has open.
     """
-    method = registry.find(options.get("method", registry.DEFAULT))
-    own = {option.name for option in method.options}
-    plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
-    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite"})
-    if foreign:
-        raise UsageError(f"The method '{method.name}' has no option '{foreign[0]}'; leave it out.")
-    first, *rest = _row(options)
-    values = {name: options[name] for name in plain & set(options)}
-    if "start" in values:
-        values["start"] = tuple(values["start"])
-    if "via" in values:
-        values["via"] = _triples(values["via"])
-    settings = {name: _hashable(options[name]) for name in own & set(options)}
-    job = Job(
-        **first, **values, settings=settings, then=tuple(Step(**step, method=method.name) for step in rest)
-    )
+    if "cast" in options:
+        given = options["cast"]
+        entries = cast_entries.read(Path(given)) if isinstance(given, str) else cast_entries.checked(given)
+        job: Job | Cast = cast_entries.cast(entries, options, _job)
+    else:
+        job = _job(options)
     made = Order(
         job,
         **{name: Path(options[name]) for name in PATHS if name in options},
@@ -89,6 +79,41 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
             f"--output is the scene '{scene.name}' itself; name another file, or add --overwrite to replace it."
         )
     return made
+
+
+def _job(options: Mapping[str, Any]) -> Job:
+    """Return the job of parsed options. Raise UsageError for unusable ones."""
+    method = registry.find(options.get("method", registry.DEFAULT))
+    own = {option.name for option in method.options}
+    plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
+    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite", "cast"})
+    if foreign:
+        raise UsageError(f"The method '{method.name}' has no option '{foreign[0]}'; leave it out.")
+    first, *rest = _row(options)
+    values = {name: options[name] for name in plain & set(options)}
+    if "start" in values:
+        values["start"] = tuple(values["start"])
+    if "via" in values:
+        values["via"] = _triples(values["via"])
+    settings = {name: _hashable(options[name]) for name in own & set(options)}
+    then = tuple(Step(**step, method=method.name) for step in rest)
+    return Job(**first, **values, settings=settings, then=then)
+
+
+def _of_job(job: Job) -> dict[str, Any]:
+    found = {f.name: getattr(job, f.name) for f in fields(Job)}
+    found["settings"] = dict(job.settings)
+    found["then"] = [{name: getattr(step, name) for name in ROW} for step in job.then]
+    return found
+
+
+def _of_cast(cast: Cast) -> dict[str, Any]:
+    found = {name: getattr(cast, name) for name in ("seed", "variants", "refine")}
+    own = ("name", "delay", "targets", "look_at")
+    found["cast"] = [
+        _of_job(member.job) | {name: getattr(member, name) for name in own} for member in cast.members
+    ]
+    return found
 
 
 def _same(one: Path, two: Path) -> bool:

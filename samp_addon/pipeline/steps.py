@@ -53,7 +53,7 @@ def joined(takes: Sequence[Take]) -> Take:
     """Return one take made of the steps of one seed."""
     motion, clock = takes[0].motion, Clock()
     for take in takes[1:]:
-        motion = _append(motion, take.motion)
+        motion = append(motion, take.motion)
     for take in takes:
         clock.add(take.seconds)
     paths = [take.waypoints for take in takes if take.waypoints is not None]
@@ -79,7 +79,7 @@ def joined(takes: Sequence[Take]) -> Take:
     )
 
 
-def _append(first: Motion, second: Motion) -> Motion:
+def append(first: Motion, second: Motion) -> Motion:
     """Return both motions in a row; the offset of the second at the join fades out."""
     ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
     root, faded = _faded(second, ahead, first.rotations[-1])

@@ -42,7 +42,7 @@ def require_still(
     moved = [(obj, reason) for obj, reason in moved if reason]
     if not moved:
         return
-    with _frame_kept(context.scene):
+    with frame_kept(context.scene):
         first = context.scene.frame_start
         context.scene.frame_set(first)
         before = {obj.name: _world(context, obj) for obj, _ in moved}
@@ -66,7 +66,7 @@ def shown_motion(
     if reason is None:
         return keyed, []
     start = int(np.floor(action.frame_range[0]))
-    with _frame_kept(context.scene), _shown_alone(owner, action):
+    with frame_kept(context.scene), _shown_alone(owner, action):
         reader = SeenPose(context, owner, np.arange(start, start + len(keyed)))
     pose = keyframes.read_motion(owner, action, scene=context.scene, reader=reader)
     motion = _carried(pose, reader.world, np.array(owner.matrix_world, dtype=np.float64))
@@ -178,7 +178,7 @@ def _world(context: bpy.types.Context, obj: bpy.types.Object) -> np.ndarray:
 
 
 @contextmanager
-def _frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
+def frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
     """Return to the present frame afterwards."""
     frame, part = scene.frame_current, scene.frame_subframe
     try:
