@@ -104,4 +104,3 @@ def _of_kind(name: str, value: Any) -> Any:
         return value
     text = json.dumps(value)
     raise UsageError(f"'{name}' cannot be {text if len(text) <= 60 else text[:60] + ' ...'}.")
-

@@ -196,8 +196,8 @@ def npz_paths(made: Order) -> dict[tuple[int, int], Path]:
         rows = [([], made.job)]
     found = {}
     for number, (words, job) in enumerate(rows):
-        words = [scene, *words, *(word for step in job.steps for word in (step.action, step.target))]
-        stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
+        said = [scene, *words, *(word for step in job.steps for word in (step.action, step.target))]
+        stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in said if word))
         stem = f"{stem}_{number}" if number and stem in {path.stem for path in found.values()} else stem
         found |= {(seed, number): made.npz / f"{stem}_{seed}.npz" for seed in made.job.seeds}
     return found

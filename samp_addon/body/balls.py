@@ -87,9 +87,7 @@ def _normals(body: Human) -> np.ndarray:
     return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12)
 
 
-def _maximal(
-    vertices: np.ndarray, skin: np.ndarray, normals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _maximal(vertices: np.ndarray, skin: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return centre (N, 3) and radius (N,) of the largest ball inside the vertices (V, 3) that touches each point of
     the skin (N, 3)."""
     tree, radii = cKDTree(vertices), np.full(len(skin), LARGEST)

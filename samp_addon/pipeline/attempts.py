@@ -47,9 +47,7 @@ class Part:
 Made = tuple[list[Take], list[Failure]]
 
 
-def generate(
-    method: Method, step: Step, scene: SceneView, seeds: Sequence[int], progress: Progress
-) -> Made:
+def generate(method: Method, step: Step, scene: SceneView, seeds: Sequence[int], progress: Progress) -> Made:
     """Return the best take of each seed, and why the other seeds have none. Raise what the progress callback raises.
 
     Takes are generated in batches of the method's size; those that failed are tried again together.

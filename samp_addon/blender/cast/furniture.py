@@ -21,7 +21,9 @@ def pieces(context: bpy.types.Context, name: str) -> tuple[str, ...]:
     """
     found = read_scene.find_target(context, name)
     if isinstance(found, bpy.types.Collection):
-        members = [obj for obj in found.all_objects if obj.parent is None or obj.parent.name not in found.all_objects]
+        members = [
+            obj for obj in found.all_objects if obj.parent is None or obj.parent.name not in found.all_objects
+        ]
     elif isinstance(found, bpy.types.Object) and found.type == "EMPTY" and found.instance_type == "NONE":
         members = list(found.children)
     else:
@@ -32,9 +34,7 @@ def pieces(context: bpy.types.Context, name: str) -> tuple[str, ...]:
         return (name,)
     lowest = min(box[0, 2] for box in boxes.values())
     own = [
-        key
-        for key, box in boxes.items()
-        if box[1, 2] - box[0, 2] >= TALL and box[0, 2] <= lowest + ON_FLOOR
+        key for key, box in boxes.items() if box[1, 2] - box[0, 2] >= TALL and box[0, 2] <= lowest + ON_FLOOR
     ]
     return tuple(own) if len(own) > 1 else (name,)
 

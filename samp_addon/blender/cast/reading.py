@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import bpy
+import numpy as np
 
 from ...body import human
 from ...errors import SampError, UsageError
@@ -16,10 +17,11 @@ from ...pipeline.cast.role import CastWork, Role
 from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
 from ..actions import refine_action
-from ..character import armature, character, characters, start
+from ..character import armature, character, characters
+from ..overlays import start_marker
 from ..scene import preconditions, read_scene, read_view
 from ..takes import seen
-from . import furniture, others
+from . import furniture, looking, others
 
 
 @dataclass(frozen=True)
@@ -39,15 +41,21 @@ def read(context: bpy.types.Context, cast: Cast, from_markers: bool = False) -> 
     from_markers: members without a start begin at their start markers.
     """
     people = characters.people(context)
-    owners = tuple(
-        _named(member, lambda member=member: _owner(context, member)) for member in cast.members
-    )
+    owners = tuple(_named(member, lambda member=member: _owner(context, member)) for member in cast.members)
     strangers = others.moving(context, people, owners)
     geometry = read_scene.read_scene(context, [*people, *strangers])
     reader = _Reader(context, geometry, [*people, *strangers], cast, from_markers)
+    members = [member.name for member in cast.members]
     roles = [
         _named(member, lambda member=member, owner=owner: reader.role(member, owner))
         for member, owner in zip(cast.members, owners, strict=True)
+    ]
+    roles = [
+        replace(
+            role,
+            looks_at=_named(role.member, lambda role=role: _looked_at(context, role.member, members, owners)),
+        )
+        for role in roles
     ]
     present = others.read(context, [obj for obj in (*people, *strangers) if obj not in owners])
     work = CastWork(cast, roles, present)
@@ -79,7 +87,7 @@ class _Reader:
         pieces = self._pieces_of(member)
         begin = read_view.start_of(member.job.start, owner)
         if owner is not None and member.job.start is None and self.from_markers:
-            begin = start.stored(owner) or begin
+            begin = start_marker.place(self.context, owner)
         steps, views = member.job.steps, []
         for name in pieces:
             row = (*steps[:-1], replace(steps[-1], target=name))
@@ -93,7 +101,9 @@ class _Reader:
         body = human.load() if owner is None else character.body_of(owner)
         return Role(member, pieces, tuple(views), body)
 
-    def _check(self, member: Member, owner: bpy.types.Object | None, views: list[tuple[SceneView, ...]]) -> None:
+    def _check(
+        self, member: Member, owner: bpy.types.Object | None, views: list[tuple[SceneView, ...]]
+    ) -> None:
         found = [self.context.scene.objects.get(step.target) for step in member.job.steps if step.target]
         seen.require_still(self.context, owner, [obj for obj in found if obj is not None])
         for own in views:
@@ -119,6 +129,28 @@ class _Reader:
                 self.context, step, self.geometry, None, self.people, first, owner
             )
         return self._views[key]
+
+
+def _looked_at(
+    context: bpy.types.Context,
+    member: Member,
+    names: Sequence[str],
+    owners: Sequence[bpy.types.Object | None],
+) -> np.ndarray | int | None:
+    """Return the point or the number of the member that a member looks at. Raise SampError where there is none."""
+    name = member.look_at
+    if not name:
+        return None
+    if name in names:
+        return names.index(name)
+    obj = context.scene.objects.get(name)
+    if obj is None:
+        known = read_scene.close_names(name, [*names, *context.scene.objects.keys()])
+        advice = f"did you mean {known}?" if known else "name a member of the cast or an object."
+        raise SampError(f"There is no '{name}' to look at; {advice}")
+    if obj in owners:
+        return owners.index(obj)
+    return looking.point_of(context, obj)
 
 
 def _target(member: Member) -> str:

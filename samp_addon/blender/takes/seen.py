@@ -38,7 +38,7 @@ def require_still(
 
     Frames are evaluated only where something could move one of them.
     """
-    moved = [(obj, _mover(obj, obj is not owner)) for obj in (owner, *targets) if obj is not None]
+    moved = [(obj, mover(obj, obj is not owner)) for obj in (owner, *targets) if obj is not None]
     moved = [(obj, reason) for obj, reason in moved if reason]
     if not moved:
         return
@@ -122,7 +122,7 @@ def _carried(motion: Motion, worlds: np.ndarray, now: np.ndarray) -> Motion:
     )  # fmt: skip
 
 
-def _mover(obj: bpy.types.Object, with_action: bool) -> str | None:
+def mover(obj: bpy.types.Object, with_action: bool) -> str | None:
     """Return what could move an object, in words, or None. with_action: whether its own active Action counts."""
     reason = _own_mover(obj, with_action)
     parent = obj.parent
@@ -153,7 +153,7 @@ def _own_mover(obj: bpy.types.Object, with_action: bool) -> str | None:
 
 def _influence(owner: bpy.types.Object) -> str | None:
     """Return what besides the active Action changes what is shown of an armature, in words, or None."""
-    reason, data = _mover(owner, False), owner.animation_data
+    reason, data = mover(owner, False), owner.animation_data
     if reason is not None:
         return reason
     if data is not None:

@@ -1,1 +1,1 @@
-"""Several characters in one scene: places for all of them, takes that keep clear of each other, and when each starts."""
+"""Several characters in one scene: a place for each of them, and takes that keep clear of each other."""

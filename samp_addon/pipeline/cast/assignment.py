@@ -27,11 +27,13 @@ IMPOSSIBLE = 1e6
 
 @dataclass(frozen=True)
 class Place:
-    """A place on a piece of furniture. piece: its number. goal: of the pelvis. score: from 0 to 1."""
+    """A place on a piece of furniture. piece: its number. goal: of the pelvis. score: from 0 to 1. surface: metres from
+    the floor to what carries the body."""
 
     piece: int
     goal: Goal
     score: float
+    surface: float = 0.0
 
 
 def assign(

@@ -20,7 +20,7 @@ from ...motion import Motion
 from ...progress import Progress, SubProgress
 from ..driver import Store, Toolbox
 from ..refine_takes import refine_take
-from . import idling, seating, together
+from . import gazes, idling, seating, together
 from .role import CastWork, Role
 from .seating import STANDING, Seated
 from .timing import Schedule, pairs, schedule
@@ -43,9 +43,12 @@ OVERLAP = 0.02
 
 @dataclass(frozen=True)
 class CastTake:
-    """Takes of a cast that begin in the same frame. takes: by the members' numbers. targets: the piece of furniture
-    that each takes. waits: seconds that each waits before it sets off. failures: members without a take, and why. deepest: metres that a member is in another one at
-    most. overlapping: share of the frames in which two bodies are more than OVERLAP in each other."""
+    """Takes of a cast that begin in the same frame.
+
+    takes: by the members' numbers. targets: the piece of furniture that each takes. waits: seconds that each waits
+    before it sets off. failures: members without a take, and why. deepest: metres that a body is in another one at
+    most. overlapping: share of the frames in which two bodies are more than OVERLAP in each other.
+    """
 
     seed: int
     takes: Mapping[int, Take]
@@ -68,7 +71,9 @@ def run(
     seeds = work.cast.seeds
     for count, seed in enumerate(seeds):
         part = SubProgress(progress, count / len(seeds), 1 / len(seeds))
-        made = _remembered(store, seed, lambda seed=seed, part=part: _Direction(work, seed, tools, part).run())
+        made = _remembered(
+            store, seed, lambda seed=seed, part=part: _Direction(work, seed, tools, part).run()
+        )
         found.append(made)
         on_take(made)
     return found
@@ -98,7 +103,7 @@ class _Direction:
     def run(self) -> CastTake:
         """Return the cast's take."""
         self.progress("Finding places", 0.0)
-        roles = seating.with_starts(self.work.roles, self.seed)
+        roles = gazes.facing(seating.apart(seating.with_starts(self.work.roles, self.seed)))
         self.cast = {k: found for k, found in enumerate(seating.seat(roles, self.work.others)) if found}
         for k, role in enumerate(roles):
             if k not in self.cast:
@@ -106,7 +111,7 @@ class _Direction:
         self._generate(self.cast, SubProgress(self.progress, 0.05, 0.5))
         made = self._scheduled()
         waits = self._waits(made)
-        takes = self._filled(waits)
+        takes = gazes.looking(self._filled(waits), self.work.roles, self.begun(waits))
         return self._finished(takes, waits)
 
     def _fail(self, number: int, reason: str) -> None:
@@ -174,6 +179,14 @@ class _Direction:
     def _waits(self, made: Schedule) -> dict[int, float]:
         return {k: made.starts[index] / RATE for index, k in enumerate(sorted(self.takes))}
 
+    def begun(self, waits: Mapping[int, float]) -> dict[int, int]:
+        """Return the frame in which each member has come to rest."""
+        found = {}
+        for k, take in self.takes.items():
+            held = self.work.roles[k].member.job.hold
+            found[k] = round((waits[k] + take.motion.seconds - held) * take.motion.fps)
+        return found
+
     def _filled(self, waits: Mapping[int, float]) -> dict[int, Take]:
         """Return the takes with the time before and after them, all equally long."""
         views = {k: self.cast[k].steps[0][1] for k in self.takes}
@@ -235,7 +248,9 @@ def failures(take: CastTake) -> list[Failure]:
 def _no_place(role: Role) -> str:
     verb = role.action
     if len(role.pieces) > 1:
-        return f"there is no free place to {verb} left on {_listed(role.pieces)}; add furniture or leave it out."
+        return (
+            f"there is no free place to {verb} left on {_listed(role.pieces)}; add furniture or leave it out."
+        )
     return f"there is no free place to {verb} left on '{role.pieces[0]}'; name another target."
 
 

@@ -52,7 +52,15 @@ def waiting(
 def _idle(view: SceneView, take: Take, seconds: float) -> tuple[Step, SceneView]:
     place, yaw = take.floor_start, float(np.arctan2(*take.motion.headings()[0][[0, 2]]))
     alone = replace(
-        view, target=None, parts=(), start=(place, yaw), destination=None, goals=(), via=(), occupied=(), after={}
+        view,
+        target=None,
+        parts=(),
+        start=(place, yaw),
+        destination=None,
+        goals=(),
+        via=(),
+        occupied=(),
+        after={},
     )
     return Step(action="idle", hold=seconds, method=IDLE), alone
 

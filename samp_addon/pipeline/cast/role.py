@@ -22,13 +22,15 @@ class Role:
     """A member and its scene.
 
     pieces: names of the furniture of which its last action takes one; a single name, maybe empty, where there is no
-    choice. views: for each of these, the scene as each step sees it. body: the character's.
+    choice. views: for each of these, the scene as each step sees it. body: the character's. looks_at: the point (3,) or
+    the number of the member that it looks at in the end, or None.
     """
 
     member: Member
     pieces: tuple[str, ...]
     views: tuple[tuple[SceneView, ...], ...]
     body: Human
+    looks_at: np.ndarray | int | None = None
 
     @property
     def action(self) -> str:
@@ -55,6 +57,11 @@ class Role:
     def starting(self, start: tuple[np.ndarray, float]) -> Role:
         """Return the role with another start."""
         views = tuple((replace(own[0], start=start), *own[1:]) for own in self.views)
+        return replace(self, views=views)
+
+    def ending(self, destination: tuple[np.ndarray, float | None]) -> Role:
+        """Return the role with another destination."""
+        views = tuple((*own[:-1], replace(own[-1], destination=destination)) for own in self.views)
         return replace(self, views=views)
 
 

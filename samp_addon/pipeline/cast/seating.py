@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...frames import yaw_direction
 from ...methods.scene_view import SceneView
-from ...motion import Goal
 from ...scene.distance import solids
 from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import extent
@@ -32,6 +30,9 @@ SITTING = ((0.0, 0.28), (0.4, 0.22))
 
 MARGIN = 0.05
 """Metres between a member's start and the ground that is left to another one."""
+
+BESIDE = 0.7
+"""Metres between two members that stand beside each other in the end."""
 
 START_DISTANCE = (1.5, 3.5)
 """Metres from its goal at which a member without a start begins."""
@@ -80,8 +81,12 @@ def seat(roles: Sequence[Role], others: Sequence[Other]) -> list[Seated | None]:
     pelvises = np.array([other.pelvis for other in others]).reshape(-1, 3)
     shared = {name for name in names if wanted[name] > 1 or _near(views[name][0], pelvises)}
     places = [
-        place for number, name in enumerate(names) if name in shared for place in _places(number, *views[name])
+        place
+        for number, name in enumerate(names)
+        if name in shared
+        for place in _places(number, *views[name])
     ]
+    places = _without_perches(places)
     choosing = [k for k, role in enumerate(roles) if role.seated and shared & set(role.pieces)]
     found: list[Seated | None] = [Seated(role, 0, None) for role in roles]
     chosen = assignment.assign(
@@ -110,10 +115,29 @@ def with_starts(roles: Sequence[Role], seed: int) -> list[Role]:
         if view.start is not None or view.after or len(view.sub_goals) or view.camera is not None:
             continue
         mesh = occupied.without(view.navmesh, discs)
-        near = mesh.points.mean(0) if view.target is None else (extent(view.target)[0] + extent(view.target)[1]) / 2
+        near = mesh.points.mean(0) if view.target is None else np.mean(extent(view.target), axis=0)
         start = navigation.free_place(mesh, near, START_DISTANCE, rng)
         discs.append((start[0], STANDING))
         found[k] = role.starting(start)
+    return found
+
+
+def apart(roles: Sequence[Role]) -> list[Role]:
+    """Return the roles, those that walk to about the same place with destinations beside each other."""
+    found, taken = list(roles), []
+    for k, role in enumerate(roles):
+        view = role.views[0][-1]
+        if role.seated or view.destination is None:
+            continue
+        place, yaw = view.destination
+        if any(_gap(place, other) < BESIDE for other in taken):
+            points = view.navmesh.points
+            gaps = np.array([np.linalg.norm((points - other)[:, [0, 2]], axis=-1) for other in taken])
+            free = points[(gaps >= BESIDE).all(0)]
+            if len(free):
+                place = free[np.linalg.norm(free - place, axis=-1).argmin()]
+                found[k] = role.ending((place, yaw))
+        taken.append(place)
     return found
 
 
@@ -123,11 +147,10 @@ def around_others(seated: Seated, others: Sequence[Seated], blocked: Sequence[Di
     discs = [disc for other in others for disc in other.discs()] + list(blocked)
     kept = []
     for centre, radius in discs:
-        if start is not None:
-            away = float(np.linalg.norm((centre - start)[[0, 2]]))
-            radius = min(radius, away - navigation.Agent().radius - MARGIN)
-        if radius > 0:
-            kept.append((centre, radius))
+        room = np.inf if start is None else float(np.linalg.norm((centre - start)[[0, 2]]))
+        free = min(radius, room - navigation.Agent().radius - MARGIN)
+        if free > 0:
+            kept.append((centre, free))
     views = tuple(tuple(replace(view, occupied=kept) for view in own) for own in seated.role.views)
     return replace(seated, role=replace(seated.role, views=views))
 
@@ -142,7 +165,13 @@ def _places(number: int, view: SceneView, action: str) -> list[Place]:
     near = solids.overlapping_box(around, low - REACH, high + REACH)
     floor = floor_beside(view.navmesh, view.target)
     found = seats.find_seats(view.target, action, floor, near, assignment.MOST)
-    return [Place(number, found_seat.goal, found_seat.score) for found_seat in found]
+    return [Place(number, each.goal, each.score, each.surface) for each in found]
+
+
+def _without_perches(places: Sequence[Place]) -> list[Place]:
+    """Return the places without those to sit on that are as high as a table, where there are lower ones."""
+    low = [place for place in places if place.surface < seats.PERCH]
+    return low or list(places)
 
 
 def _near(view: SceneView, pelvises: np.ndarray) -> bool:
@@ -159,7 +188,5 @@ def _from(role: Role) -> np.ndarray | None:
     return None if start is None else start[0]
 
 
-def facing(place: np.ndarray, towards: np.ndarray, action: str) -> Goal:
-    """Return a goal on the floor that faces a point."""
-    yaw = float(np.arctan2(towards[0] - place[0], towards[2] - place[2]))
-    return Goal(place, yaw_direction(yaw), action)
+def _gap(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.linalg.norm((a - b)[[0, 2]]))

@@ -84,9 +84,7 @@ def _in_order(
             begin = earliest[member] + wait
             met = {k: _meetings(conflicts_of, lengths, member, begin, k, at) for k, at in starts.items()}
             # Those that come later stand at their starts for now; they can leave in time if there is no other way.
-            later = sum(
-                _meetings(conflicts_of, lengths, member, begin, k, None) for k in order[number + 1 :]
-            )
+            later = sum(_meetings(conflicts_of, lengths, member, begin, k, None) for k in order[number + 1 :])
             counts.append((sum(met.values()), later, begin, max(met, key=met.get, default=None)))
             if counts[-1][:2] == (0, 0):
                 break

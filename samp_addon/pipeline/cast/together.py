@@ -42,9 +42,7 @@ def generate(
                 where = f"step {index + 1}: " if len(rows[number]) > 1 else ""
                 reasons[number] = where + failures[0].message
             done[number] += takes
-    complete = {
-        number: takes for number, takes in done.items() if number not in reasons and takes
-    }
+    complete = {number: takes for number, takes in done.items() if number not in reasons and takes}
     return {
         number: takes[0] if len(takes) == 1 else steps.joined(takes) for number, takes in complete.items()
     }, reasons
