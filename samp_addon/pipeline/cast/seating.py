@@ -144,10 +144,13 @@ def apart(roles: Sequence[Role]) -> list[Role]:
 def around_others(seated: Seated, others: Sequence[Seated], blocked: Sequence[Disc] = ()) -> Seated:
     """Return a role whose paths lead around the places of the other members, and around blocked ground."""
     start = _from(seated.role)
+    destination = seated.role.views[seated.option][-1].destination
+    end = None if destination is None else destination[0]
     discs = [disc for other in others for disc in other.discs()] + list(blocked)
     kept = []
     for centre, radius in discs:
-        room = np.inf if start is None else float(np.linalg.norm((centre - start)[[0, 2]]))
+        # Its own start and destination stay free: a body that stands there now will have left.
+        room = min((_gap(centre, own) for own in (start, end) if own is not None), default=np.inf)
         free = min(radius, room - navigation.Agent().radius - MARGIN)
         if free > 0:
             kept.append((centre, free))
