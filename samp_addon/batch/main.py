@@ -23,7 +23,7 @@ from ..errors import SampError, UsageError
 from ..methods.take import Take
 from ..pipeline import attempts
 from ..pipeline.cast.cast import Cast
-from ..pipeline.cast.directing import CastTake
+from ..pipeline.cast.cast_take import CastTake
 from ..pipeline.driver import Toolbox
 from . import command_line, jobs_file
 from .ledger import Ledger

@@ -9,9 +9,9 @@ import bpy
 
 from ...errors import SampError
 from ...methods.take import Failure
-from ...pipeline.cast import directing
+from ...pipeline.cast import cast_take, directing
 from ...pipeline.cast.cast import Cast
-from ...pipeline.cast.directing import CastTake
+from ...pipeline.cast.cast_take import CastTake
 from ...pipeline.driver import Store, Toolbox, Work
 from ...progress import Progress
 from ..actions import keyframes
@@ -64,7 +64,7 @@ def begin(
 def in_slices(context: bpy.types.Context, plan: CastPlan, takes: Sequence[CastTake]) -> Slices:
     """Write a new Action for each take of each member, the first ones active; closed before its end, it removes what
     it made."""
-    failures = [failure for take in takes for failure in directing.failures(take)]
+    failures = [failure for take in takes for failure in cast_take.failures(take)]
     if not any(take.takes for take in takes):
         raise SampError(failures[0].message if failures else "The cast has no take.")
     rollback = Rollback(context)

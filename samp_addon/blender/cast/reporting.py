@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...pipeline.cast.directing import CastTake
+from ...pipeline.cast.cast_take import CastTake
 from ...pipeline.cast.role import CastWork
 
 MEMBER = (

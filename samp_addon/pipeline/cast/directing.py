@@ -8,22 +8,20 @@ they set off are generated again, around where they met. Network frame, metres.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ...body import balls, proportions
-from ...body.human import Human
-from ...evaluation.between_bodies import Track, over_time
-from ...methods.take import Failure, Take
-from ...motion import Motion
+from ...evaluation.between_bodies import Track
+from ...methods.take import Take
 from ...progress import Progress, SubProgress
 from ..driver import Store, Toolbox
 from ..refine_takes import refine_take
-from . import gazes, idling, seating, together
+from . import gazes, idling, pausing, seating, together
+from .cast_take import OVERLAP, CastTake, overlaps, track
 from .role import CastWork, Role
 from .seating import STANDING, Seated
-from .timing import Schedule, pairs, schedule
+from .timing import Pairs, Schedule, pairs, pause, schedule
 
 RATE = 10
 """Frames per second at which takes are compared to be scheduled."""
@@ -36,27 +34,6 @@ ROUNDS = 3
 
 ANOTHER = 500_009
 """Added to the seed of a member that is generated again."""
-
-OVERLAP = 0.02
-"""Metres that two bodies may be in each other."""
-
-
-@dataclass(frozen=True)
-class CastTake:
-    """Takes of a cast that begin in the same frame.
-
-    takes: by the members' numbers. targets: the piece of furniture that each takes. waits: seconds that each waits
-    before it sets off. failures: members without a take, and why. deepest: metres that a body is in another one at
-    most. overlapping: share of the frames in which two bodies are more than OVERLAP in each other.
-    """
-
-    seed: int
-    takes: Mapping[int, Take]
-    targets: Mapping[int, str] = field(default_factory=dict)
-    waits: Mapping[int, float] = field(default_factory=dict)
-    failures: Mapping[int, str] = field(default_factory=dict)
-    deepest: float = 0.0
-    overlapping: float = 0.0
 
 
 def run(
@@ -109,7 +86,7 @@ class _Direction:
             if k not in self.cast:
                 self._fail(k, _no_place(role))
         self._generate(self.cast, SubProgress(self.progress, 0.05, 0.5))
-        made = self._scheduled()
+        made = self._on_the_way(self._scheduled())
         waits = self._waits(made)
         takes = gazes.looking(self._filled(waits), self.work.roles, self.begun(waits))
         return self._finished(takes, waits)
@@ -131,7 +108,7 @@ class _Direction:
             more, reasons = together.generate(again, self.seeds, self.tools.methods, progress)
             made |= more
         for k, take in made.items():
-            self.takes[k] = take
+            self.takes[k] = take if members[k].pause is None else pausing.merged(take)
             self.tracks[k] = track(take.motion, self.work.roles[k].body, RATE)
         for k, reason in reasons.items():
             if k not in self.takes:
@@ -143,18 +120,9 @@ class _Direction:
         known = {}
         for count in range(ROUNDS + 1):
             progress("Directing", count / (ROUNDS + 1))
-            numbers = sorted(self.takes)
-            tracks = [self.tracks[k] for k in numbers] + [other.track for other in self.work.others]
+            numbers, tracks = sorted(self.takes), self._tracks()
             known = pairs(tracks, known)
-            fixed = {len(numbers) + k: 0 for k in range(len(self.work.others))}
-            earliest = [round(self.work.roles[k].member.delay * RATE) for k in numbers]
-            made = schedule(
-                known,
-                [len(one) for one in tracks],
-                [*earliest, *(0 for _ in self.work.others)],
-                round(LONGEST_WAIT * RATE),
-                fixed,
-            )
+            made = self._schedule(known)
             if not made.stuck or count == ROUNDS:
                 return made
             stuck = {numbers[k]: self._met(tracks, made, k, other) for k, other in made.stuck.items()}
@@ -163,6 +131,64 @@ class _Direction:
             redone = {numbers.index(k) for k in stuck}
             known = {pair: flags for pair, flags in known.items() if not redone & set(pair)}
         return made
+
+    def _tracks(self) -> list[Track]:
+        """Return the bodies of all members that have takes, and of those that are not of the cast."""
+        return [self.tracks[k] for k in sorted(self.takes)] + [other.track for other in self.work.others]
+
+    def _earliest(self, number: int) -> int:
+        return round(self.work.roles[number].member.delay * RATE)
+
+    def _schedule(self, known: Pairs) -> Schedule:
+        numbers, others = sorted(self.takes), len(self.work.others)
+        return schedule(
+            known,
+            [len(one) for one in self._tracks()],
+            [*map(self._earliest, numbers), *[0] * others],
+            round(LONGEST_WAIT * RATE),
+            {len(numbers) + k: 0 for k in range(others)},
+        )
+
+    def _on_the_way(self, made: Schedule) -> Schedule:
+        """Return a schedule in which members that wait for long do so on their way, where that helps."""
+        numbers, tracks = sorted(self.takes), self._tracks()
+        lengths = [len(one) for one in tracks]
+        late = [
+            k for k in numbers if made.starts[numbers.index(k)] - self._earliest(k) >= pausing.WORTH * RATE
+        ]
+        if not late or made.stuck or pausing.METHOD not in self.tools.methods:
+            return made
+        known, paused = pairs(tracks), {}
+        for k in late:
+            index, take = numbers.index(k), self.takes[k]
+            end = take.motion.interaction_start or self._rested(k)
+            frame = pause(
+                known,
+                lengths,
+                made.starts,
+                index,
+                self._earliest(k),
+                round(end / take.motion.fps * RATE) - RATE,
+            )
+            if frame is None or self.cast[k].steps[0][1].via:
+                continue
+            seconds = (made.starts[index] - self._earliest(k)) / RATE
+            where = pausing.at(take, round(frame * take.motion.fps / RATE), seconds)
+            if where is not None:
+                paused[k] = replace(self.cast[k], pause=where)
+        before = dict(self.cast), dict(self.takes), dict(self.tracks), dict(self.failures)
+        self.cast |= paused
+        self._generate(paused, SubProgress(self.progress, 0.7, 0.05))
+        again = self._schedule(pairs(self._tracks()))
+        if paused and not again.stuck and sum(again.starts) < sum(made.starts):
+            return again
+        self.cast, self.takes, self.tracks, self.failures = before
+        return made
+
+    def _rested(self, number: int) -> int:
+        """Return the frame of a member's own take in which it has come to rest."""
+        motion = self.takes[number].motion
+        return round((motion.seconds - self.work.roles[number].member.job.hold) * motion.fps)
 
     @staticmethod
     def _met(tracks: Sequence[Track], made: Schedule, member: int, other: int) -> list:
@@ -183,8 +209,7 @@ class _Direction:
         """Return the frame in which each member has come to rest."""
         found = {}
         for k, take in self.takes.items():
-            held = self.work.roles[k].member.job.hold
-            found[k] = round((waits[k] + take.motion.seconds - held) * take.motion.fps)
+            found[k] = round(waits[k] * take.motion.fps) + self._rested(k)
         return found
 
     def _filled(self, waits: Mapping[int, float]) -> dict[int, Take]:
@@ -224,25 +249,6 @@ class _Direction:
         return CastTake(
             self.seed, takes, targets, dict(waits), dict(self.failures), deepest, float(met.mean())
         )
-
-
-def track(motion: Motion, body: Human, rate: float) -> Track:
-    """Return a motion's body as balls over time."""
-    own = balls.of_body(body)
-    shown = proportions.adapt(motion, body.joints).resampled(rate)
-    return Track(own.at(shown), own.radii, rate)
-
-
-def overlaps(motions: Mapping[int, Motion], bodies: Mapping[int, Human]) -> dict[tuple[int, int], np.ndarray]:
-    """Return how deep each two bodies are in each other in each frame (T,), metres, see over_time."""
-    tracks = {k: track(motion, bodies[k], motion.fps) for k, motion in motions.items()}
-    numbers = sorted(tracks)
-    return {(a, b): over_time(tracks[a], tracks[b]) for i, a in enumerate(numbers) for b in numbers[i + 1 :]}
-
-
-def failures(take: CastTake) -> list[Failure]:
-    """Return the members without a take."""
-    return [Failure(take.seed, message) for message in take.failures.values()]
 
 
 def _no_place(role: Role) -> str:

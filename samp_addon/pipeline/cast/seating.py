@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...methods.scene_view import SceneView
+from ...methods.step import Step
 from ...scene.distance import solids
 from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import extent
@@ -15,8 +16,9 @@ from ...scene.navmesh import navmesh as navigation
 from ...scene.navmesh import occupied
 from ...scene.navmesh.occupied import Disc
 from ...scene.seats import seats
-from . import assignment
+from . import assignment, pausing
 from .assignment import Place
+from .pausing import Pause
 from .role import Other, Role
 
 REACH = 1.0
@@ -40,20 +42,27 @@ START_DISTANCE = (1.5, 3.5)
 
 @dataclass(frozen=True)
 class Seated:
-    """A role that has its place. option: number of its piece. place: on it; None where the method chooses."""
+    """A role that has its place.
+
+    option: number of its piece. place: on it; None where the method chooses. exact: whether the method must take the
+    place, because the piece is shared. pause: where it waits for others on its way, or None.
+    """
 
     role: Role
     option: int
     place: Place | None
     exact: bool = False
+    pause: Pause | None = None
 
     @property
-    def steps(self) -> list:
+    def steps(self) -> list[tuple[Step, SceneView]]:
         """Steps and views, the last one with its goal where the piece is shared."""
         steps = self.role.steps(self.option)
         if self.exact and self.place is not None:
             step, view = steps[-1]
             steps[-1] = step, replace(view, goals=[self.place.goal])
+        if self.pause is not None:
+            steps.insert(0, pausing.step(self.pause, steps[0][1], steps[0][0]))
         return steps
 
     def discs(self) -> list[Disc]:

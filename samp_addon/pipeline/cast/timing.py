@@ -100,9 +100,34 @@ def _meetings(
 ) -> int:
     """Return the number of frames in which two members are in each other; the start of b is None where it stands at
     its start all the time."""
-    flags = conflicts_of[a, b] if a < b else conflicts_of[b, a].T
+    flags = _flags(conflicts_of, a, b)
     last = max(begin_a + lengths[a], 0 if begin_b is None else begin_b + lengths[b])
     time = np.arange(last + 1)
     rows = np.clip(time - begin_a, 0, lengths[a] - 1)
     columns = np.zeros_like(time) if begin_b is None else np.clip(time - begin_b, 0, lengths[b] - 1)
     return int(flags[rows, columns].sum())
+
+
+def pause(
+    conflicts_of: Pairs, lengths: Sequence[int], starts: Sequence[int], member: int, earliest: int, last: int
+) -> int | None:
+    """Return the last frame of a member's take, up to ``last``, in which it can wait for the others instead of at its
+    start: it sets off at ``earliest``, and goes on there when it would come by as scheduled. None where it cannot.
+    """
+    delay = starts[member] - earliest
+    for frame in range(min(last, lengths[member] - 1), 0, -1):
+        time = np.arange(earliest, starts[member] + frame + 1)
+        rows = np.minimum(time - earliest, frame)
+        if delay > 0 and all(
+            not _flags(conflicts_of, member, other)[
+                rows, np.clip(time - starts[other], 0, lengths[other] - 1)
+            ].any()
+            for other in range(len(lengths))
+            if other != member
+        ):
+            return frame
+    return None
+
+
+def _flags(conflicts_of: Pairs, a: int, b: int) -> np.ndarray:
+    return conflicts_of[a, b] if a < b else conflicts_of[b, a].T
