@@ -100,7 +100,7 @@ def table(seed: int) -> dict:
         for made in take.takes.values()
     ]
     targets = set(take.targets.values())
-    return found | {"seated": sum(seated), "distinct": len(targets), "seconds": seconds}
+    return found | {"seated": int(sum(seated)), "distinct": len(targets), "seconds": seconds}
 
 
 def door(seed: int) -> dict:
@@ -125,7 +125,7 @@ def door(seed: int) -> dict:
     ]
     waits = sorted(take.waits.values())
     return measures(take) | {
-        "arrived": sum(arrived),
+        "arrived": int(sum(arrived)),
         "longest_wait": waits[-1] if waits else None,
         "seconds": seconds,
     }

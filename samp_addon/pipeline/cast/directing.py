@@ -101,7 +101,9 @@ class _Direction:
         rows = {}
         for k, seated in members.items():
             others = [other for number, other in self.cast.items() if number != k]
-            rows[k] = seating.around_others(seated, others, (blocked or {}).get(k, ())).steps
+            taken = [(other.pelvis, STANDING) for other in self.work.others]
+            taken += (blocked or {}).get(k, ())
+            rows[k] = seating.around_others(seated, others, taken).steps
         made, reasons = together.generate(rows, self.seeds, self.tools.methods, progress)
         again = {k: members[k].steps for k in reasons}
         if again:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from samp_blender.samp_addon.evaluation.between_bodies import Track, conflicts, depth, over_time
-from samp_blender.samp_addon.pipeline.cast.timing import pairs, schedule
+from samp_blender.samp_addon.pipeline.cast.timing import pairs, pause, schedule
 
 RADIUS = 0.25
 LIMIT = 200
@@ -88,3 +88,19 @@ def test_depth_over_time_holds_the_last_pose():
     assert len(found) == len(one)
     assert found[0] == -np.inf
     assert found[-1] == pytest.approx(2 * RADIUS - 0.4, abs=1e-3)
+
+
+def test_waiting_in_front_of_the_door_instead_of_at_the_start():
+    first, second = along((1, -6), (0, -3), (0, 3)), along((0, 8), DOOR, (0, -2), (2, -3))
+    tracks = [first, second]
+    lengths, known = [len(first), len(second)], pairs(tracks)
+    made = schedule(known, lengths, [0, 0], LIMIT)
+    assert not made.stuck and max(made.starts) > 0
+    late = int(np.argmax(made.starts))
+    frame = pause(known, lengths, made.starts, late, 0, lengths[late] - 1)
+    assert frame is not None
+    rows = np.arange(made.starts[late] + lengths[late])
+    own = np.where(rows < frame, rows, np.maximum(frame, rows - made.starts[late]))
+    other = np.clip(rows - made.starts[1 - late], 0, lengths[1 - late] - 1)
+    assert depth(tracks[late], tracks[1 - late], own, other).max() <= 0
+    assert pause(known, lengths, made.starts, 1 - late, 0, 20) is None  # it does not wait at all
