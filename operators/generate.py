@@ -12,6 +12,7 @@ from .job_operator import SettingsOperator
 from .pick_point import PickPoint
 
 if TYPE_CHECKING:
+    from ..samp_addon.pipeline.cast.cast import Cast
     from ..samp_addon.pipeline.job import Job
 
 
@@ -32,11 +33,16 @@ class SAMP_OT_generate(PickPoint, SettingsOperator, bpy.types.Operator):
 
         return job_from_settings.button_label(context)
 
-    def job(self, context: bpy.types.Context) -> Job:
+    def job(self, context: bpy.types.Context) -> Job | Cast:
         from ..samp_addon.ui import job_from_settings
 
+        cast = job_from_settings.cast(context)
+        if cast is not None:
+            return cast
         return replace(job_from_settings.job(context), point=self.point())
 
     def target_name(self, context: bpy.types.Context) -> str:
-        job = self.job(context)
+        from ..samp_addon.ui import job_from_settings
+
+        job = job_from_settings.job(context)
         return job.target if job.action in SEATED else ""

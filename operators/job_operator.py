@@ -12,8 +12,10 @@ from ..samp_addon.blender.character import measures
 from .thread_operator import ThreadOperator
 
 if TYPE_CHECKING:
+    from ..samp_addon.blender.cast.baking import CastResult
     from ..samp_addon.blender.takes.baking import Result
     from ..samp_addon.blender.thread_run import ThreadRun
+    from ..samp_addon.pipeline.cast.cast import Cast
     from ..samp_addon.pipeline.job import Job
 
 
@@ -25,8 +27,8 @@ def _saved_never(kind: object, **options: object) -> object:
 class JobOperator(ThreadOperator):
     """Base of operators that bake the job that `job` returns."""
 
-    def job(self, context: bpy.types.Context) -> Job:
-        """Return the job. Raise SampError where what it needs is missing."""
+    def job(self, context: bpy.types.Context) -> Job | Cast:
+        """Return the job, or the cast of several characters. Raise SampError where what it needs is missing."""
         raise NotImplementedError
 
     def seed_given(self) -> bool:
@@ -37,17 +39,28 @@ class JobOperator(ThreadOperator):
         """Return whether the setting Fit Frame Range applies: to buttons, not to the calls of a script."""
         return self._run is not None
 
-    def run_now(self, context: bpy.types.Context) -> Result:
+    def run_now(self, context: bpy.types.Context) -> Result | CastResult:
+        from ..samp_addon.blender.cast import baking as cast_baking
         from ..samp_addon.blender.takes import baking
+        from ..samp_addon.pipeline.cast.cast import Cast
 
-        return baking.run(context, self.job(context), start_from=context.scene.samp.start_from)
+        job = self.job(context)
+        if isinstance(job, Cast):
+            return cast_baking.run(context, job, from_markers=True)
+        return baking.run(context, job, start_from=context.scene.samp.start_from)
 
     def begin(self, context: bpy.types.Context) -> ThreadRun:
+        from ..samp_addon.blender.cast import baking as cast_baking
         from ..samp_addon.blender.takes import baking
+        from ..samp_addon.pipeline.cast.cast import Cast
 
-        return baking.begin(context, self.job(context), start_from=context.scene.samp.start_from)
+        job = self.job(context)
+        if isinstance(job, Cast):
+            return cast_baking.begin(context, job, from_markers=True)
+        return baking.begin(context, job, start_from=context.scene.samp.start_from)
 
-    def finished(self, result: Result) -> str:
+    def finished(self, result: Result | CastResult) -> str:
+        from ..samp_addon.blender.cast import baking as cast_baking
         from ..samp_addon.blender.takes import baking
 
         scene = bpy.context.scene
@@ -55,10 +68,12 @@ class JobOperator(ThreadOperator):
         if not self.seed_given():
             seeds = len(result.variants) + len(result.failures)
             settings.seed = (settings.seed + seeds) % 2**31  # the next press gives another take
-        settings.character = settings.character or result.owner
+        several = isinstance(result, cast_baking.CastResult)
+        if not several:
+            settings.character = settings.character or result.owner
         if settings.fit_range and self.fits_range():
             scene.frame_end = max(variant["frame_end"] for variant in result.variants)
-        return baking.sentence(result)
+        return cast_baking.sentence(result) if several else baking.sentence(result)
 
 
 class OptionsOperator(JobOperator):
@@ -124,6 +139,19 @@ class OptionsOperator(JobOperator):
 
     def seed_given(self) -> bool:
         return self.properties.is_property_set("seed")
+
+    def cast(
+        self, context: bpy.types.Context, action: str, to: tuple[float, ...] | None = None
+    ) -> Cast | None:
+        """Return the cast of the selected characters, each on a place of its own; None unless there are several.
+
+        to: where they walk without a target.
+        """
+        from ..samp_addon.ui.cast import jobs
+
+        if self.character:
+            return None
+        return jobs.of_selection(context, action, self.common(context), self.target, to)
 
     def common(self, context: bpy.types.Context) -> dict:
         """Return the options that every job has."""

@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty
 from .job_operator import OptionsOperator
 
 if TYPE_CHECKING:
+    from ..samp_addon.pipeline.cast.cast import Cast
     from ..samp_addon.pipeline.job import Job
 
 
@@ -36,9 +37,12 @@ class SAMP_OT_walk_here(OptionsOperator, bpy.types.Operator):
             self.location = context.scene.cursor.location
         return super().invoke(context, event)
 
-    def job(self, context: bpy.types.Context) -> Job:
+    def job(self, context: bpy.types.Context) -> Job | Cast:
         from ..samp_addon.pipeline.job import Job
 
         facing = (math.degrees(self.yaw),) if self.use_yaw else ()
         place = None if self.target else (*self.location, *facing)
+        cast = self.cast(context, "run" if self.run else "walk", place)
+        if cast is not None:
+            return cast
         return Job(action="run" if self.run else "walk", target=self.target, to=place, **self.common(context))

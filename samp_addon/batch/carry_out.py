@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 from .. import dependencies
 from ..atomic_file import atomic_write
 from ..blender.actions import keyframes
+from ..blender.cast import baking as cast_baking
+from ..blender.cast.baking import CastResult
 from ..blender.render import preview
 from ..blender.scene import open_scene
 from ..blender.takes import baking
@@ -17,12 +20,14 @@ from ..body import amass
 from ..errors import SampError, UsageError
 from ..methods.take import Take
 from ..pipeline import attempts
+from ..pipeline.cast.cast import Cast
+from ..pipeline.cast.cast_take import CastTake
 from ..pipeline.driver import Toolbox
-from .console import Console
+from .console import Console, counted
 from .farm import stopping
 from .order import Order
 from .quiet import quiet
-from .saved_takes import SavedTakes
+from .resuming.saved_takes import SavedTakes
 
 
 @dataclass
@@ -58,21 +63,18 @@ def carry_out(
 
             stopping.check()
 
-            def on_take(take: Take) -> None:
+            def on_take(take: Take | CastTake) -> None:
                 done.append(take)
                 text = f"{place.label}take {len(done)}/{made.job.variants}: {_line(take)}"
                 console.say(text, write)
                 console.advance((place.index + len(done) / made.job.variants) / place.count, text, write)
 
-            result = baking.run(
-                context,
-                made.job,
-                lambda stage, share: stopping.check(),
-                tools=tools,
-                new_character=True,
-                store=saved,
-                on_take=on_take,
-            )
+            shared = {"tools": tools, "store": saved, "on_take": on_take}
+            progress = lambda stage, share: stopping.check()
+            if isinstance(made.job, Cast):
+                result = cast_baking.run(context, made.job, progress, **shared)
+            else:
+                result = baking.run(context, made.job, progress, new_character=True, **shared)
             files = _write_files(context, made, result)
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
@@ -94,14 +96,41 @@ def require_scene(made: Order) -> None:
         raise UsageError("Name the scene to open with --scene FILE.")
 
 
-def _line(take: Take) -> str:
+def _line(take: Take | CastTake) -> str:
     """Return what standard output says of a finished take."""
+    if isinstance(take, CastTake):
+        overlap = f"bodies at most {100 * max(take.deepest, 0):.1f} cm in each other"
+        return f"seed {take.seed}, {counted(len(take.takes), 'character')}, {overlap}"
     if take.goal is None:
         return f"seed {take.seed}, {take.motion.seconds:.1f} s"
     return f"seed {take.seed}, {attempts.error(take):.1f} cm from its goal"
 
 
-def _write_files(context: Any, made: Order, result: baking.Result) -> list[Path]:
+@dataclass(frozen=True)
+class _Baked:
+    """One character's take in the open scene. number: in a cast, else 0. entry: what the report says of it."""
+
+    seed: int
+    number: int
+    owner: Any
+    action: Any
+    entry: dict
+
+
+def _baked(result: baking.Result | CastResult) -> Iterator[_Baked]:
+    """Yield all takes, those of a cast seed by seed."""
+    if not isinstance(result, CastResult):
+        for variant, action in zip(result.variants, result.actions, strict=True):
+            yield _Baked(variant["seed"], 0, result.owner, action, variant)
+        return
+    for variant in result.variants:
+        seed = variant["seed"]
+        present = [number for number, own in result.actions.items() if seed in own]
+        for number, entry in zip(present, variant["cast"], strict=True):
+            yield _Baked(seed, number, result.owners[number], result.actions[number][seed], entry)
+
+
+def _write_files(context: Any, made: Order, result: baking.Result | CastResult) -> list[Path]:
     """Write the .blend, the takes' .npz files and pictures, and note them in the report; return them. Raise SampError.
 
     The pictures come last, for they change the open scene.
@@ -110,17 +139,20 @@ def _write_files(context: Any, made: Order, result: baking.Result) -> list[Path]
     if made.output:
         open_scene.save_copy(made.output)
         files.append(made.output)
-    takes = list(zip(result.variants, result.actions, strict=True))
-    for variant, action in takes if made.npz is not None else []:
-        files.append(made.npz_paths()[variant["seed"]])
-        variant["npz"] = str(files[-1].absolute())
+    takes = list(_baked(result))
+    for take in takes if made.npz is not None else []:
+        files.append(made.npz_paths()[take.seed, take.number])
+        take.entry["npz"] = str(files[-1].absolute())
         try:
             with atomic_write(files[-1]) as part:
-                amass.write_amass(keyframes.read_motion(result.owner, action), part)
+                amass.write_amass(keyframes.read_motion(take.owner, take.action), part)
         except OSError as error:
             raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
-    for variant, action in takes if made.preview is not None else []:
+    for variant in result.variants if made.preview is not None else []:
+        shown = [take for take in takes if take.seed == variant["seed"]]
+        for take in shown:
+            keyframes.activate_action(take.owner, take.action)
         files.append(made.preview_paths()[variant["seed"]])
         variant["preview"] = str(files[-1].absolute())
-        preview.write(context, result.owner, action, files[-1])
+        preview.write(context, shown[0].owner, shown[0].action, files[-1])
     return files

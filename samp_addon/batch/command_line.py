@@ -102,6 +102,12 @@ def parser() -> argparse.ArgumentParser:
     for method in registry.METHODS.values():
         _add_options(made, method)
     add(
+        "--cast",
+        type=file_name,
+        metavar="FILE",
+        help="several characters in one take: a JSON list of objects with character, action, target, to, start, delay",
+    )
+    add(
         "--output",
         type=file_name,
         metavar="FILE",

@@ -63,11 +63,18 @@ def options(text: str, shared: Mapping[str, Any]) -> dict[str, Any]:
     """
     values = _object(text)
     left_out = {name for name, value in values.items() if value is None}
-    given = command_line.parse(arguments(values))
+    # The entries of a cast are no arguments: each is parsed for itself, see cast_entries.py.
+    cast = {"cast": values.pop("cast")} if isinstance(values.get("cast"), list) else {}
+    given = parsed(values) | cast
     for name, value in values.items():
         if value is False and isinstance(_switches().get(name), argparse._StoreTrueAction):
             left_out.add(name)
     return {name: value for name, value in shared.items() if name not in left_out} | given
+
+
+def parsed(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parsed options of a JSON object. Raise UsageError."""
+    return command_line.parse(arguments(values))
 
 
 def arguments(values: Mapping[str, Any]) -> list[str]:

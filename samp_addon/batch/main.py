@@ -115,7 +115,7 @@ def _from_folder(options: dict[str, Any]) -> dict[str, Any]:
     if "relative_to" not in options:
         return options
     made = dict(options)
-    for name in set(made) & {*PATHS, *VIEWS, "jobs"}:
+    for name in set(made) & {*PATHS, *VIEWS, "jobs", "cast"}:
         made[name] = os.path.abspath(made[name])
     if "merge" in made:
         made["merge"] = [os.path.abspath(name) for name in made["merge"]]

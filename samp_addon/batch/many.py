@@ -17,9 +17,9 @@ from .console import Console
 from .farm import stopping
 from .farm.claims import Claims, Line
 from .farm.selection import Selection
-from .ledger import Ledger
 from .order import Order, order
 from .report_file import ReportFile
+from .resuming.ledger import Ledger
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,9 @@ from typing import Any
 from ..errors import UsageError
 from ..methods import registry
 from ..methods.step import Step
+from ..pipeline.cast.cast import Cast
 from ..pipeline.job import Job
+from . import cast_entries
 
 PATHS = ("scene", "output", "npz", "report", "preview")
 IMPORT = ("units", "up")  # how an imported scene is read
@@ -28,7 +30,7 @@ class Order:
     scene's own file.
     """
 
-    job: Job
+    job: Job | Cast
     scene: Path | None = None
     output: Path | None = None
     npz: Path | None = None
@@ -39,27 +41,36 @@ class Order:
     units: str | None = None
     up: str | None = None
 
-    def npz_paths(self) -> dict[int, Path]:
-        """Return where each seed's take goes, named after scene, action, target and seed."""
+    def npz_paths(self) -> dict[tuple[int, int], Path]:
+        """Return where each take goes, by its seed and its number in a cast: named after scene, action, target, seed.
+
+        Takes of a job that is no cast have the number 0.
+        """
         return self._take_paths(self.npz, ".npz")
 
     def preview_paths(self) -> dict[int, Path]:
-        """Return where the picture of each seed's take goes, named as the take."""
-        return self._take_paths(self.preview, ".png")
+        """Return where the picture of each seed's takes goes, named as the first one."""
+        paths = self._take_paths(self.preview, ".png")
+        return {seed: path for (seed, number), path in paths.items() if number == 0}
 
-    def _take_paths(self, folder: Path, suffix: str) -> dict[int, Path]:
+    def _take_paths(self, folder: Path, suffix: str) -> dict[tuple[int, int], Path]:
         scene = (self.scene or self.opened or Path("untitled")).stem
-        words = [scene, *(word for step in self.job.steps for word in (step.action, step.target))]
-        stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
-        return {seed: folder / f"{stem}_{seed}{suffix}" for seed in self.job.seeds}
+        if isinstance(self.job, Cast):
+            rows = [([member.name], member.job) for member in self.job.members]
+        else:
+            rows = [([], self.job)]
+        found, stems = {}, set()
+        for number, (names, job) in enumerate(rows):
+            words = [scene, *names, *(word for step in job.steps for word in (step.action, step.target))]
+            stem = re.sub(r"[^\w.-]+", "_", "_".join(word for word in words if word))
+            stem = f"{stem}_{number}" if stem in stems else stem
+            stems.add(stem)
+            found |= {(seed, number): folder / f"{stem}_{seed}{suffix}" for seed in self.job.seeds}
+        return found
 
     def options(self) -> dict[str, Any]:
         """Return the options in force, as JSON holds them; paths absolute."""
-        found = {f.name: getattr(self.job, f.name) for f in fields(Job)}
-        found["settings"], found["shape"] = dict(self.job.settings), dict(self.job.shape)
-        if not self.job.shape:
-            del found["shape"]
-        found["then"] = [self._step(step) for step in self.job.then]
+        found = _of_cast(self.job) if isinstance(self.job, Cast) else _of_job(self.job)
         for name in ("scene", "output", "npz"):
             path = getattr(self, name)
             found[name] = None if path is None else str(path.absolute())
@@ -68,42 +79,18 @@ class Order:
             found["preview"] = str(self.preview.absolute())
         return json.loads(json.dumps(found))
 
-    def _step(self, step: Step) -> dict[str, Any]:
-        """Return what a step has of its own; its method and settings where they are not the first one's."""
-        found = {name: getattr(step, name) for name in ROW if name != "method"}
-        if step.method != self.job.method:
-            found["method"] = step.method
-        if step.settings != self.job.settings:
-            found["settings"] = dict(step.settings)
-        return found
-
 
 def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
     """Return the order of parsed options, see command_line.parse. Raise UsageError for unusable ones.
 
     opened: the file that Blender has open.
     """
-    steps = _row(options)
-    methods = {step["method"]: registry.find(step["method"]) for step in steps}
-    own = {option.name for method in methods.values() for option in method.options}
-    plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
-    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite"})
-    if foreign:
-        named = (
-            f"method '{steps[0]['method']}' has"
-            if len(methods) == 1
-            else f"methods {', '.join(methods)} have"
-        )
-        raise UsageError(f"The {named} no option '{foreign[0]}'; leave it out.")
-    first, *rest = [Step(**step, settings=_settings(options, step, len(steps))) for step in steps]
-    values = {name: options[name] for name in plain & set(options)}
-    if "shape" in values:
-        values["shape"] = dict(values["shape"])
-    if "start" in values:
-        values["start"] = tuple(values["start"])
-    if "via" in values:
-        values["via"] = _triples(values["via"])
-    job = Job(**{name: getattr(first, name) for name in (*ROW, "settings")}, **values, then=tuple(rest))
+    if "cast" in options:
+        given = options["cast"]
+        entries = cast_entries.read(Path(given)) if isinstance(given, str) else cast_entries.checked(given)
+        job: Job | Cast = cast_entries.cast(entries, options, _job)
+    else:
+        job = _job(options)
     made = Order(
         job,
         **{name: Path(options[name]) for name in PATHS if name in options},
@@ -123,6 +110,61 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
             f"--output is the scene '{scene.name}' itself; name another file, or add --overwrite to replace it."
         )
     return made
+
+
+def _job(options: Mapping[str, Any]) -> Job:
+    """Return the job of parsed options. Raise UsageError for unusable ones."""
+    steps = _row(options)
+    methods = {step["method"]: registry.find(step["method"]) for step in steps}
+    own = {option.name for method in methods.values() for option in method.options}
+    plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
+    foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite", "cast"})
+    if foreign:
+        named = (
+            f"method '{steps[0]['method']}' has"
+            if len(methods) == 1
+            else f"methods {', '.join(methods)} have"
+        )
+        raise UsageError(f"The {named} no option '{foreign[0]}'; leave it out.")
+    first, *rest = [Step(**step, settings=_settings(options, step, len(steps))) for step in steps]
+    values = {name: options[name] for name in plain & set(options)}
+    if "shape" in values:
+        values["shape"] = dict(values["shape"])
+    if "start" in values:
+        values["start"] = tuple(values["start"])
+    if "via" in values:
+        values["via"] = _triples(values["via"])
+    return Job(**{name: getattr(first, name) for name in (*ROW, "settings")}, **values, then=tuple(rest))
+
+
+def _of_job(job: Job) -> dict[str, Any]:
+    """Return the options of a job."""
+    found = {f.name: getattr(job, f.name) for f in fields(Job)}
+    found["settings"], found["shape"] = dict(job.settings), dict(job.shape)
+    if not job.shape:
+        del found["shape"]
+    found["then"] = [_of_step(step, job) for step in job.then]
+    return found
+
+
+def _of_step(step: Step, job: Job) -> dict[str, Any]:
+    """Return what a step has of its own; its method and settings where they are not the first one's."""
+    found = {name: getattr(step, name) for name in ROW if name != "method"}
+    if step.method != job.method:
+        found["method"] = step.method
+    if step.settings != job.settings:
+        found["settings"] = dict(step.settings)
+    return found
+
+
+def _of_cast(cast: Cast) -> dict[str, Any]:
+    """Return the options of a cast."""
+    found = {name: getattr(cast, name) for name in ("seed", "variants", "refine")}
+    own = ("name", "delay", "targets", "look_at")
+    found["cast"] = [
+        _of_job(member.job) | {name: getattr(member, name) for name in own} for member in cast.members
+    ]
+    return found
 
 
 def _same(one: Path, two: Path) -> bool:

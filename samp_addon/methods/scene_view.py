@@ -13,6 +13,8 @@ from ..motion import Goal, Motion
 from ..scene.camera_view import CameraView
 from ..scene.geometry import SceneGeometry, extent
 from ..scene.navmesh import navmesh as navigation
+from ..scene.navmesh import occupied as occupation
+from ..scene.navmesh.occupied import Disc
 from .take import Take
 
 SIDEWAYS = 0.12
@@ -50,6 +52,7 @@ class SceneView:
     betas: np.ndarray | None = None
     characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
+    occupied: Sequence[Disc] = ()
 
     @cached_property
     def explained(self) -> dict[str, Exception]:
@@ -79,4 +82,5 @@ class SceneView:
                 places.append(place[0])
         if self.target is not None:
             places += extent(self.target)
-        return navigation.build(geometry.triangles, agent, cover=np.array(places).reshape(-1, 3))
+        cover = np.array(places).reshape(-1, 3)
+        return occupation.without(navigation.build(geometry.triangles, agent, cover=cover), self.occupied)

@@ -57,7 +57,7 @@ def joined(takes: Sequence[Take]) -> Take:
     """Return one take made of the steps of one seed."""
     motion, clock = takes[0].motion, Clock()
     for take in takes[1:]:
-        motion = _append(motion, take.motion)
+        motion = append(motion, take.motion)
     for take in takes:
         clock.add(take.seconds)
     paths = [take.waypoints for take in takes if take.waypoints is not None]
@@ -83,7 +83,7 @@ def joined(takes: Sequence[Take]) -> Take:
     )
 
 
-def _append(first: Motion, second: Motion) -> Motion:
+def append(first: Motion, second: Motion) -> Motion:
     """Return both motions in a row; the offset of the second at the join fades out."""
     if first.rotations.shape[1] != second.rotations.shape[1]:  # a method with hands after one without
         first, second = (replace(m, rotations=complete(m.rotations)) for m in (first, second))

@@ -30,6 +30,8 @@ def unregister() -> None:
 def _classes() -> list[type]:
     """Return all classes but the settings; panels in the order of the sidebar."""
     from . import lists, menu, panel, sub_goals, takes
+    from .cast import panel as cast
 
-    panels = (*panel.CLASSES, *sub_goals.CLASSES, *takes.CLASSES, *panel.LATER, *lists.CLASSES, *panel.LAST)
+    panels = [*panel.CLASSES, *sub_goals.CLASSES, *takes.CLASSES, *panel.LATER]
+    panels += [*cast.CLASSES, *lists.CLASSES, *panel.LAST]
     return [*menu.CLASSES, *panels]

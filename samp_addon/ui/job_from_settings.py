@@ -13,8 +13,10 @@ from ..errors import SampError
 from ..methods import registry
 from ..vocabulary import SEATED
 from . import method_options, sub_goal_settings
+from .cast import jobs
 
 if TYPE_CHECKING:
+    from ..pipeline.cast.cast import Cast
     from ..pipeline.job import Job
 
 BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
@@ -71,6 +73,18 @@ def job(context: bpy.types.Context, name: str = "") -> Job:
         **own,
         **common(settings),
     )
+
+
+def cast(context: bpy.types.Context) -> Cast | None:
+    """Return the cast of the selected characters, each on a place of its own; None unless there are several."""
+    settings = context.scene.samp
+    method = registry.find(settings.method)
+    if not method.actions or sub_goals(context):
+        return None
+    own = {"method": method.name, "settings": method_options.values(settings, method)}
+    target = settings.target.name if settings.target else ""
+    to = None if target else tuple(context.scene.cursor.location)
+    return jobs.of_selection(context, settings.action, own | common(settings), target, to)
 
 
 def sub_goals(context: bpy.types.Context, name: str = "") -> list[bpy.types.Object]:

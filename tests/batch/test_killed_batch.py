@@ -15,7 +15,7 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-from samp_blender.samp_addon.batch.saved_takes import SavedTakes
+from samp_blender.samp_addon.batch.resuming.saved_takes import SavedTakes
 from samp_blender.samp_addon.blender.takes import baking
 from samp_blender.samp_addon.methods.take import Failure, SubGoal, Take
 from samp_blender.samp_addon.motion import Goal, Motion

@@ -23,7 +23,7 @@ ARROWS = {
     "ui": {"batch", "blender", "pipeline", "methods"},
     "batch": {"blender", "pipeline", "methods", "refine", "body"},
     "blender": {"pipeline", "methods", "edits", "rigs", "refine", "evaluation", "scene", "body"},
-    "pipeline": {"methods", "refine", "evaluation", "scene", "body"},
+    "pipeline": {"methods", "edits", "refine", "evaluation", "scene", "body"},
     "methods": {"refine", "scene", "body", "models"},
     "edits": {"refine", "scene", "body"},
     "rigs": {"refine", "scene", "body"},

@@ -30,7 +30,7 @@ def clicked_target(context: bpy.types.Context) -> str:
         if obj.get(TARGET_KEY):
             return obj[TARGET_KEY]
         if candidates.is_furniture(obj):
-            return _whole(obj).name
+            return whole(obj).name
     raise SampError(f"{candidates.why_none(context)}; select furniture, or choose a target.")
 
 
@@ -83,7 +83,7 @@ def _is_character(obj: bpy.types.Object) -> bool:
     return obj.type == "ARMATURE" or obj.find_armature() is not None
 
 
-def _whole(obj: bpy.types.Object) -> bpy.types.Object:
+def whole(obj: bpy.types.Object) -> bpy.types.Object:
     """Return the highest parent of furniture size that has no floor of its own, as the root of a diorama has."""
     while (
         obj.parent

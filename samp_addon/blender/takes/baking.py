@@ -46,13 +46,14 @@ StartFrom = Literal["STANDING", "MARKER", "POSE"]
 class Plan:
     """A job read from the scene. geometry: of all furniture, for the measures. owner: the armature that gets the
     takes; None to make the default human. frame_start: of the takes. marked: whether the character gets a start marker
-    if it has none."""
+    if it has none. name: of a new character."""
 
     work: Work
     geometry: SceneGeometry
     owner: bpy.types.Object | None
     frame_start: int
     marked: bool = False
+    name: str = "Human"
 
 
 @dataclass(frozen=True)
@@ -153,19 +154,26 @@ def write(
 
 
 def in_slices(
-    context: bpy.types.Context, plan: Plan, takes: Sequence[Take], failures: Sequence[Failure]
+    context: bpy.types.Context,
+    plan: Plan,
+    takes: Sequence[Take],
+    failures: Sequence[Failure],
+    whole: Rollback | None = None,
 ) -> Slices:
-    """Do `write` a take at a time; closed before its end, it removes what it made."""
+    """Do `write` a take at a time; closed before its end, it removes what it made.
+
+    whole: the rollback of more work that this is a part of, whose end makes the first take active.
+    """
     if not takes:
         raise SampError(failures[0].message if failures else "There is no take; ask for at least one.")
     preconditions.check_writable(context, plan.owner)
-    rollback = Rollback(context)
+    rollback = whole or Rollback(context)
     written, variants = [], []
     obstacles, measured = shared(plan.geometry.triangles), []
     pool = ThreadPoolExecutor(MEASURED_AT_ONCE)  # measured in threads while Blender reads the next take
     try:
         with rollback.recording():
-            owner = plan.owner or _new_character(context, takes[0], plan.work.job)
+            owner = plan.owner or _new_character(context, takes[0], plan)
         body = character.body_of(owner)
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
@@ -200,7 +208,8 @@ def in_slices(
         pool.shutdown(cancel_futures=True)
     if plan.marked and (plan.owner is None or start.stored(owner) is None):
         start_marker.show(context, owner)
-    keyframes.activate_action(owner, written[0])
+    if whole is None:
+        keyframes.activate_action(owner, written[0])
     return Result(owner, written, variants, list(failures))
 
 
@@ -242,15 +251,16 @@ def _only(context: bpy.types.Context, owners: Sequence[bpy.types.Object]) -> bpy
     return selected[0] if len(selected) == 1 else owners[0]
 
 
-def _new_character(context: bpy.types.Context, take: Take, job: Job) -> bpy.types.Object:
+def _new_character(context: bpy.types.Context, take: Take, plan: Plan) -> bpy.types.Object:
     """Create the default human, in the job's shape, where the take starts."""
     facing = take.motion.headings()[0]
     location = frames.to_blender(take.floor_start)
     return character.create_character(
         context,
-        body_shape.shapes(job.shape),
+        body_shape.shapes(plan.work.job.shape),
         location=tuple(location),
         yaw=float(frames.direction_yaw(facing)),
+        name=plan.name,
     )
 
 

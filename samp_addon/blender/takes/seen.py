@@ -38,11 +38,11 @@ def require_still(
 
     Frames are evaluated only where something could move one of them.
     """
-    moved = [(obj, _mover(obj, obj is not owner)) for obj in (owner, *targets) if obj is not None]
+    moved = [(obj, mover(obj, obj is not owner)) for obj in (owner, *targets) if obj is not None]
     moved = [(obj, reason) for obj, reason in moved if reason]
     if not moved:
         return
-    with _frame_kept(context.scene):
+    with frame_kept(context.scene):
         first = context.scene.frame_start
         context.scene.frame_set(first)
         before = {obj.name: _world(context, obj) for obj, _ in moved}
@@ -66,7 +66,7 @@ def shown_motion(
     if reason is None:
         return keyed, []
     start = int(np.floor(action.frame_range[0]))
-    with _frame_kept(context.scene), _shown_alone(owner, action):
+    with frame_kept(context.scene), _shown_alone(owner, action):
         reader = SeenPose(context, owner, np.arange(start, start + len(keyed)))
     pose = keyframes.read_motion(owner, action, scene=context.scene, reader=reader)
     motion = _carried(pose, reader.world, np.array(owner.matrix_world, dtype=np.float64))
@@ -122,7 +122,7 @@ def _carried(motion: Motion, worlds: np.ndarray, now: np.ndarray) -> Motion:
     )  # fmt: skip
 
 
-def _mover(obj: bpy.types.Object, with_action: bool) -> str | None:
+def mover(obj: bpy.types.Object, with_action: bool) -> str | None:
     """Return what could move an object, in words, or None. with_action: whether its own active Action counts."""
     reason = _own_mover(obj, with_action)
     parent = obj.parent
@@ -153,7 +153,7 @@ def _own_mover(obj: bpy.types.Object, with_action: bool) -> str | None:
 
 def _influence(owner: bpy.types.Object) -> str | None:
     """Return what besides the active Action changes what is shown of an armature, in words, or None."""
-    reason, data = _mover(owner, False), owner.animation_data
+    reason, data = mover(owner, False), owner.animation_data
     if reason is not None:
         return reason
     if data is not None:
@@ -178,7 +178,7 @@ def _world(context: bpy.types.Context, obj: bpy.types.Object) -> np.ndarray:
 
 
 @contextmanager
-def _frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
+def frame_kept(scene: bpy.types.Scene) -> Iterator[None]:
     """Return to the present frame afterwards."""
     frame, part = scene.frame_current, scene.frame_subframe
     try:

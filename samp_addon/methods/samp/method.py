@@ -12,12 +12,15 @@ from ..method import Draw, Option, require_place
 from . import postures, weights_file
 
 if TYPE_CHECKING:
+    from ...clock import Clock
     from ...motion import Motion
     from ...progress import Progress
     from ..scene_view import SceneView
     from ..step import Step
     from ..take import Failure, Take
     from .networks import Networks
+    from .planning import Planner
+    from .request import Request
 
 # Numpy, scipy and torch are imported when a take is generated: the panel asks for a method's name at every redraw.
 
@@ -76,37 +79,57 @@ class Samp:
         self, step: Step, scene: SceneView, draws: Sequence[Draw], progress: Progress
     ) -> tuple[list[Take], list[Failure]]:
         """Return a take for each draw, rolled out as one batch, and the failures; see Method.generate."""
+        return self.generate_together([(step, scene, draws)], progress)[0]
+
+    def generate_together(
+        self, parts: Sequence[tuple[Step, SceneView, Sequence[Draw]]], progress: Progress
+    ) -> list[tuple[list[Take], list[Failure]]]:
+        """Return takes and failures of several steps in scenes of their own, all rolled out as one batch."""
         from ...clock import Clock
         from ...progress import StageProgress
         from ..take import Failure
-        from . import refusals
-        from .planning import Planner
 
         clock = Clock()
         progress("Loading", 0.0)
         with clock.stage("load"):
             networks = self._tools()
+        made: list[tuple[list[Take], list[Failure]]] = [([], []) for _ in parts]
+        planned: list[tuple[int, int, Planner, Request]] = []
+        for number, (step, scene, draws) in enumerate(parts):
+            try:
+                planner = self._planner(step, scene, networks, progress, clock)
+            except SampError as error:
+                if len(parts) == 1:
+                    raise
+                made[number][1].extend(Failure(draw.seed, str(error)) for draw in draws)
+                continue
+            for draw in draws:
+                progress("Choosing a place", 0.0)
+                try:
+                    planned.append((number, draw.seed, planner, planner.request(draw, clock)))
+                except SampError as error:
+                    made[number][1].append(Failure(draw.seed, str(error)))
+        with clock.stage("rollout"):
+            requests = [request for *_, request in planned]
+            motions = networks.generate(requests, StageProgress(progress, "Moving"))
+        for (number, seed, planner, request), motion in zip(planned, motions, strict=True):
+            if isinstance(motion, SampError):
+                made[number][1].append(Failure(seed, str(motion)))
+            else:
+                take = planner.take(seed, request, _paced(motion, planner.step.speed))
+                made[number][0].append(replace(take, method=self.name))
+        return [([replace(take, seconds=clock.seconds) for take in takes], failed) for takes, failed in made]
+
+    @staticmethod
+    def _planner(
+        step: Step, scene: SceneView, networks: Networks, progress: Progress, clock: Clock
+    ) -> Planner:
+        from . import refusals
+        from .planning import Planner
+
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
-            mesh = refusals.walkable(scene)
-            planner = Planner(step, scene, networks.sample_goals, mesh)
-        requests, reasons = {}, {}
-        for draw in draws:
-            progress("Choosing a place", 0.0)
-            try:
-                requests[draw.seed] = planner.request(draw, clock)
-            except SampError as error:
-                reasons[draw.seed] = str(error)
-        with clock.stage("rollout"):
-            motions = networks.generate(list(requests.values()), StageProgress(progress, "Moving"))
-        takes = []
-        for (seed, request), motion in zip(requests.items(), motions, strict=True):
-            if isinstance(motion, SampError):
-                reasons[seed] = str(motion)
-            else:
-                takes.append(planner.take(seed, request, _paced(motion, step.speed)))
-        takes = [replace(take, method=self.name, seconds=clock.seconds) for take in takes]
-        return takes, [Failure(seed, reason) for seed, reason in reasons.items()]
+            return Planner(step, scene, networks.sample_goals, refusals.walkable(scene))
 
     def _tools(self) -> Networks:
         return self._networks or trained_networks()

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from ..atomic_file import atomic_write
-from ..methods.take import Failure, SubGoal, Take
-from ..motion import Goal, Motion
-from ..refine.refinement import Refined
+from ...atomic_file import atomic_write
+from ...methods.take import Failure, SubGoal, Take
+from ...motion import Goal, Motion
+from ...pipeline.cast.cast_take import CastTake
+from ...refine.refinement import Refined
 
-CLASSES = {cls.__name__: cls for cls in (Take, SubGoal, Failure, Motion, Goal, Refined)}
+CLASSES = {cls.__name__: cls for cls in (Take, SubGoal, Failure, Motion, Goal, Refined, CastTake)}
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import SampError
-from .farm.selection import Selection, named
-from .order import Order
+from ...errors import SampError
+from ..farm.selection import Selection, named
+from ..order import Order
 from .saved_takes import SavedTakes
 
 

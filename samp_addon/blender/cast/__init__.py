@@ -1,0 +1,1 @@
+"""Several characters in a .blend file: read with their furniture and the other people there, and baked together."""

@@ -1,0 +1,140 @@
+"""Time before and after a take: a body that waits stands idly, one that is done keeps its last pose alive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ...methods.method import Method
+from ...methods.scene_view import SceneView
+from ...methods.step import Step
+from ...methods.take import SubGoal, Take
+from ...motion import Motion
+from ...progress import Progress
+from .. import steps
+from . import together
+
+SHORTEST = 0.05
+"""Seconds below which nothing is put before a take."""
+
+SWAY = 1.5
+"""Seconds at a take's end that are played back and forth to hold its last pose longer."""
+
+IDLE = "samp"
+"""The method whose idle action fills the time in which a body waits."""
+
+
+def waiting(
+    takes: Mapping[int, Take],
+    seconds: Mapping[int, float],
+    views: Mapping[int, SceneView],
+    seeds: Mapping[int, int],
+    methods: Mapping[str, Method],
+    progress: Progress,
+) -> dict[int, Take]:
+    """Return the takes, each with an idle beginning of so many seconds; by member. views: of their first steps.
+
+    Where the idle action cannot be made, the body stands still in the first pose.
+    """
+    late = [number for number in takes if seconds.get(number, 0.0) > SHORTEST]
+    rows = {number: [_idle(views[number], takes[number], seconds[number])] for number in late}
+    made = together.generate(rows, seeds, methods, progress)[0] if IDLE in methods else {}
+    return {
+        number: after_waiting(take, made[number].motion if number in made else None, seconds[number])
+        if number in late
+        else take
+        for number, take in takes.items()
+    }
+
+
+def _idle(view: SceneView, take: Take, seconds: float) -> tuple[Step, SceneView]:
+    place, yaw = take.floor_start, float(np.arctan2(*take.motion.headings()[0][[0, 2]]))
+    alone = replace(
+        view,
+        target=None,
+        parts=(),
+        start=(place, yaw),
+        destination=None,
+        goals=(),
+        via=(),
+        occupied=(),
+        after={},
+    )
+    return Step(action="idle", hold=seconds, method=IDLE), alone
+
+
+def after_waiting(take: Take, idle: Motion | None, seconds: float) -> Take:
+    """Return a take that begins with so many seconds of an idle motion, or of its first pose."""
+    motion = take.motion
+    count = round(seconds * motion.fps)
+    rows = np.zeros(count, dtype=int)
+    before = _rows(motion, rows)
+    if idle is not None:
+        idle = _matched(idle, motion)
+        before = _rows(idle, np.minimum(np.arange(count), len(idle) - 1))
+    later = [replace(goal, frame=goal.frame + count) for goal in take.sub_goals or ()]
+    own_steps = take.steps
+    if own_steps:
+        first = replace(own_steps[0], motion=steps.append(before, own_steps[0].motion))
+        own_steps = (first, *own_steps[1:])
+    return replace(
+        take,
+        motion=steps.append(before, motion),
+        sub_goals=tuple(SubGoal(g.position, g.direction, g.frame) for g in later) or take.sub_goals,
+        steps=own_steps,
+    )
+
+
+def lengthened(take: Take, frames: int) -> Take:
+    """Return a take of at least so many frames, whose last SWAY seconds are played back and forth."""
+    motion = take.motion
+    missing = frames - len(motion)
+    if missing <= 0:
+        return take
+    period = max(1, min(round(SWAY * motion.fps), len(motion) - 1))
+    # 0, 1, ... period, ... 1, 0, 1, ... frames before the end.
+    phase = np.arange(1, missing + 1) % (2 * period)
+    back = np.where(phase <= period, phase, 2 * period - phase)
+    rows = np.concatenate([np.arange(len(motion)), len(motion) - 1 - back])
+    longer = replace(_rows(motion, rows), interaction_start=motion.interaction_start)
+    own_steps = take.steps
+    if own_steps:
+        last = own_steps[-1]
+        tail = _rows(motion, rows[len(motion) :])
+        own_steps = (*own_steps[:-1], replace(last, motion=_joined(last.motion, tail)))
+    return replace(take, motion=longer, steps=own_steps)
+
+
+def _joined(first: Motion, second: Motion) -> Motion:
+    both = lambda a, b: None if a is None or b is None else np.concatenate([a, b])
+    return replace(
+        first,
+        root=both(first.root, second.root),
+        rotations=both(first.rotations, second.rotations),
+        contacts=both(first.contacts, second.contacts),
+        actions=both(first.actions, second.actions),
+    )
+
+
+def _rows(motion: Motion, rows: np.ndarray) -> Motion:
+    """Return the frames of a motion with these numbers."""
+    pick = lambda values: None if values is None else values[rows]
+    return replace(
+        motion,
+        root=motion.root[rows],
+        rotations=motion.rotations[rows],
+        contacts=pick(motion.contacts),
+        actions=pick(motion.actions),
+        interaction_start=None,
+    )
+
+
+def _matched(idle: Motion, motion: Motion) -> Motion:
+    """Return an idle motion with as many joints as the other one."""
+    count = motion.rotations.shape[1]
+    if idle.rotations.shape[1] >= count:
+        return replace(idle, rotations=idle.rotations[:, :count])
+    rest = np.repeat(motion.rotations[:1, idle.rotations.shape[1] :], len(idle), axis=0)
+    return replace(idle, rotations=np.concatenate([idle.rotations, rest], axis=1))
