@@ -59,7 +59,7 @@ def chair(at: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def dining_room(seed: int) -> tuple[SceneGeometry, list[str]]:
-    """Return a room with a table and four chairs pulled out or tucked in, two on each side or one on each."""
+    """Return a room with a table and four chairs pulled out a little, two on each side or one on each."""
     rng = np.random.default_rng(seed)
     long, wide = rng.uniform(1.3, 1.8), rng.uniform(0.75, 0.95)
     pieces = [("Floor", box((-4, -0.1, -4), (4, 0, 4)))]
@@ -67,7 +67,7 @@ def dining_room(seed: int) -> tuple[SceneGeometry, list[str]]:
     for x in (-long / 2, long / 2 - 0.06):
         top += [box((x, 0, z), (x + 0.06, 0.70, z + 0.06)) for z in (-wide / 2, wide / 2 - 0.06)]
     pieces.append(("Table", np.concatenate(top)))
-    pulled = rng.uniform(0.1, 0.45)
+    pulled = rng.uniform(0.3, 0.5)  # nobody fits on a chair that is tucked in
     if rng.random() < 0.5:
         spots = [
             (s * long / 4, t * (wide / 2 + pulled), 0 if t < 0 else np.pi) for s in (-1, 1) for t in (-1, 1)
