@@ -161,7 +161,8 @@ class Surface:
         count = int(np.clip(area.sum() / _SPACING**2, 1000, 2_000_000))
         self._samples, self._owners = spread_over_surface(triangles, count, area)
         self._columns = np.ascontiguousarray(self._samples.T)
-        self._tree = cKDTree(self._samples, balanced_tree=False, compact_nodes=False)
+        # Compact, balanced nodes: points deep inside a solid are equally far from much of its surface.
+        self._tree = cKDTree(self._samples)
         self._triangles = triangles
 
     def nearest(
