@@ -94,16 +94,19 @@ def loss(
     return (error + beta * divergence).mean()
 
 
-def off_labels(predicted: torch.Tensor, labels: torch.Tensor, present: torch.Tensor) -> torch.Tensor:
-    """Return the mean squared error () of goals (B, 6) to the nearest of the labels (B, G, 6) of their objects.
+def set_error(drawn: torch.Tensor, labels: torch.Tensor, present: torch.Tensor) -> torch.Tensor:
+    """Return how far the goals drawn on objects are from their labels, and the labels from the goals, as sets: ().
 
-    present: (B, G), False for labels that only fill the array. Errors are scaled as those of the loss.
+    drawn: (B, K, 6) goals of B objects. labels: (B, G, 6). present: (B, G), False for labels that only fill the array.
+    It is the mean squared error of a goal to the nearest label, plus that of a label to the nearest goal; errors are
+    scaled as those of the loss. The second part keeps the goals as varied as the labels.
     """
-    error = (
-        _to_units(predicted)[:, None] - _to_units(labels.flatten(0, 1)).unflatten(0, labels.shape[:2])
-    ).square()
+    units = [_to_units(goals.flatten(0, 1)).unflatten(0, goals.shape[:2]) for goals in (drawn, labels)]
+    error = (units[0][:, :, None] - units[1][:, None]).square()
     error = error[..., :3].sum(-1) + DIRECTION_WEIGHT * error[..., 3:].sum(-1)
-    return error.masked_fill(~present, torch.inf).min(1).values.mean()
+    to_labels = error.masked_fill(~present[:, None], torch.inf).min(2).values.mean()
+    to_goals = error.min(1).values
+    return to_labels + (to_goals * present).sum() / present.sum()
 
 
 def load(folder: Path | None = None) -> GoalNet:

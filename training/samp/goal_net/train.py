@@ -31,7 +31,9 @@ BATCH = 256
 GOALS_AN_EPOCH = 6
 """Goals drawn of each object in each epoch."""
 PRIOR_WEIGHT = 0.5
-"""Weight of the error of goals that are drawn from the prior, to the nearest label of their object."""
+"""Weight of the error of sets of goals that are drawn from the prior."""
+DRAWN, DRAWN_OBJECTS = 8, 48
+"""Goals that are drawn of an object, and objects of a batch of which they are drawn."""
 TURNED = 0.25
 """Share of samples whose grid lies turned by quarters: fronts are inferred, and some objects have none."""
 
@@ -101,8 +103,8 @@ def train(
 ) -> goal_net.GoalNet:
     """A network trained on the objects with Adam, the learning rate falling to zero. beta: one for each action.
 
-    prior: weight of a term that the paper lacks, the error of goals drawn from the prior to the nearest label. Without
-    it, what is drawn between the codes of two labels lies between the labels: 18 cm from either on a sofa.
+    prior: weight of a term that the paper lacks, between sets of goals drawn from the prior and their objects' labels.
+    Without it, what is drawn between the codes of two labels lies between the labels: 18 cm from either on a sofa.
     """
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
@@ -117,9 +119,11 @@ def train(
             optimiser.zero_grad()
             value = goal_net.loss(*_arranged(net(features, action, goal), goal), weights[action])
             if prior:
-                condition = net.condition(features, action)
-                drawn = net.decode(condition, torch.randn(len(goal), goal_net.LATENT))
-                value = value + prior * goal_net.off_labels(drawn, labels, present)
+                some = slice(0, DRAWN_OBJECTS)
+                condition = net.condition(features[some], action[some]).repeat_interleave(DRAWN, 0)
+                drawn = net.decode(condition, torch.randn(len(condition), goal_net.LATENT))
+                sets = drawn.unflatten(0, (-1, DRAWN)), labels[some], present[some]
+                value = value + prior * goal_net.set_error(*sets)
             value.backward()
             optimiser.step()
             losses.append(value.item())
