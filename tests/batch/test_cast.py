@@ -35,7 +35,7 @@ def test_two_on_a_sofa(room, tmp_path):
     assert {each["frame_end"] for each in cast} == {variant["frame_end"]}
     one, two = (each["goal_position"] for each in cast[:2])
     assert sum((a - b) ** 2 for a, b in zip(one, two, strict=True)) ** 0.5 > 0.5
-    # The stand-ins' bodies have their arms out, and touch on the sofa: that is told.
+    # The fake takes are in the T-pose, so the arms overlap on the sofa; a warning reports it.
     told = any("is up to" in text for text in variant["warnings"])
     assert told == (variant["overlap_frames_percent"] > 0)
     assert len(list((tmp_path / "npz").iterdir())) == 3

@@ -155,7 +155,7 @@ def test_orientations_of_the_actions(packed):
     assert turned[:, 1, 0].abs().min() > 0.99 and len(torch.unique(turned[:, 1, 0].sign())) == 2
     rises = table[2, :, 6]
     assert float(rises.max() - rises.min()) == pytest.approx(0.04, abs=1e-4) and (rises.abs() < 1e-4).any()
-    assert (table[1] == table[1, :1]).all() and float(table[1, 0, 0]) == 1  # nobody sits
+    assert (table[1] == table[1, :1]).all() and float(table[1, 0, 0]) == 1  # without seated bodies
     prior = PosePrior()
     drawn = sub_goal.draw(data, prior, rows, mirror=False)
     asked, made = (layout.matrix_from_six(v) for v in (drawn.given[:, 3:], drawn.body[:, 3:9]))

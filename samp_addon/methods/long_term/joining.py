@@ -14,7 +14,7 @@ from ...refine.feet.foot_lock import lock_feet
 from ...vocabulary import ACTIONS, CONTACTS, SEATED
 
 MATCHED = 18
-"""Frames before and after a seam in which both windows are led to the same velocity there."""
+"""Frames on each side of a seam over which the velocities of both windows are blended to a common one."""
 SEAM = 4.0
 """Frames around a seam in which the motion is smoothed; sigma of the weight."""
 SMOOTHING = 1.0
