@@ -111,7 +111,7 @@ def test_the_network_gets_the_posture_on_the_way_to_the_rest():
     chair = np.concatenate([box(*corners) for corners in SEAT + BACK])
     start, way = np.array([0.0, 0.0, 2.0]), np.array([[0.0, 0.0, 2.0], [0.0, 0.0, 0.8]])
     of = lambda **more: Request(start, 0.0, "sit", goal, way, chair, **more)
-    requests = [of(posture=("hands_on_lap",)), of(posture_places=("lean_back",)), of()]
+    requests = [of(posture=("hands_on_lap",)), of(posture_places=lambda: ("lean_back",)), of()]
     run = start_rollout(plan_takes(requests), network())
     assert [[POSTURE_NAMES[k] for k in torch.nonzero(row)[:, 0]] for row in run.postures] == [
         ["hands_on_lap"], ["lean_back"], [],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class Planner:
             start, yaw = self._start(goal.position, rng) if before is None else before.exit
             waypoints, narrow = self._path(start, goal)
             remarks = ((self._narrow,) if narrow else ()) + self._remarks(waypoints)
-            places = self._posture_places(goal) if seated else ()
+            places = partial(self._posture_places, goal) if seated else tuple
             if not seated:
                 # A destination inside an obstacle is snapped to the nearest walkable point.
                 goal = replace(goal, position=waypoints[-1])
@@ -120,9 +120,10 @@ class Planner:
     def _posture_places(self, goal: Goal) -> tuple[str, ...]:
         return posture_places.around(np.concatenate([self.scene.target, self._surroundings]), goal)
 
-    def _without_place(self, places: Sequence[str]) -> tuple[str, ...]:
+    def _without_place(self, places: Callable[[], tuple[str, ...]]) -> tuple[str, ...]:
         """Return a sentence for each posture that the artist asks for and for which there is no place."""
-        missing = [name for name in self._posture if name in postures.NEEDS_PLACE and name not in places]
+        needing = [name for name in self._posture if name in postures.NEEDS_PLACE]
+        missing = sorted(set(needing) - set(places()), key=needing.index) if needing else []
         return tuple(f"There is nothing at '{self.step.target}' for {name}." for name in missing)
 
     def _remarks(self, waypoints: np.ndarray) -> tuple[str, ...]:

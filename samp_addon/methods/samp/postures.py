@@ -23,7 +23,7 @@ NEEDS_PLACE = ("lean_back", "hands_on_armrests", "hands_on_table", "half_sitting
 
 
 def parse(text: str | None) -> tuple[str, ...]:
-    """Return the postures of a text such as ``lean_back,hands_on_lap``. Raise UsageError for unknown or contradictory ones.
+    """Return the postures of a text such as ``lean_back,hands_on_lap``. Raise UsageError for wrong ones.
 
     Postures of different actions may stand together: each step takes those of its own.
     """

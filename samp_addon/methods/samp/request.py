@@ -22,7 +22,8 @@ class Request:
     the start. remarks: sentences for the artist about what was asked for and is not done exactly. ground: returns
     the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground. free: where
     the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which a body fits.
-    posture: of the rest, see postures.py; drawn if empty. posture_places: the postures for which there is a place.
+    posture: of the rest, see postures.py; drawn if empty. posture_places: returns the
+    postures for which there is a place; only networks that know postures ask.
     """
 
     start_position: np.ndarray
@@ -40,4 +41,4 @@ class Request:
     ground: Callable[[np.ndarray], np.ndarray] | None = None
     free: Callable[[np.ndarray], np.ndarray] | None = None
     posture: tuple[str, ...] = ()
-    posture_places: tuple[str, ...] = ()
+    posture_places: Callable[[], tuple[str, ...]] = tuple

@@ -85,7 +85,7 @@ def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
         (tuple(name for name, is_so in zip(POSTURE_NAMES, row, strict=True) if is_so), share)
         for row, share in zip(net.posture_rows.tolist(), net.posture_shares.tolist(), strict=True)
     ]
-    return postures.drawn(shares, request.action, request.posture_places, request.seed)
+    return postures.drawn(shares, request.action, request.posture_places(), request.seed)
 
 
 def _plan(request: Request, points: np.ndarray | None) -> PlannedTake:
