@@ -81,19 +81,29 @@ class Motion:
         if abs(fps - self.fps) < 1e-9 or len(self) < 2:
             return replace(self, fps=fps)
         count = max(int(round(self.seconds * fps)) + 1, 2)
-        at = np.clip(np.arange(count) * self.fps / fps, 0, len(self) - 1)
-        low = np.minimum(at.astype(int), len(self) - 2)
-        t = at - low
-        mix = lambda a: None if a is None else a[low] * (1 - t[:, None]) + a[low + 1] * t[:, None]
         start = self.interaction_start
+        return replace(
+            self.at_frames(np.arange(count) * self.fps / fps),
+            fps=fps,
+            interaction_start=None if start is None else min(int(round(start * fps / self.fps)), count - 1),
+        )
+
+    def at_frames(self, frames: np.ndarray) -> Motion:
+        """Return the motion at rising frames (N,) with fractions: linear for positions, slerp for rotations."""
+        at = np.clip(frames, 0, len(self) - 1)
+        low = np.minimum(at.astype(int), max(len(self) - 2, 0))
+        high, t = np.minimum(low + 1, len(self) - 1), at - low
+        mix = lambda a: None if a is None else a[low] * (1 - t[:, None]) + a[high] * t[:, None]
+        first = self.interaction_start
         return replace(
             self,
             root=mix(self.root),
-            rotations=rotation.slerp(self.rotations[low], self.rotations[low + 1], t[:, None]),
+            rotations=rotation.slerp(self.rotations[low], self.rotations[high], t[:, None]),
             contacts=mix(self.contacts),
             actions=mix(self.actions),
-            fps=fps,
-            interaction_start=None if start is None else min(int(round(start * fps / self.fps)), count - 1),
+            interaction_start=None
+            if first is None
+            else min(int(np.searchsorted(at, first - 1e-6)), len(at) - 1),
         )
 
     def smoothed(self, sigma: float) -> Motion:

@@ -11,7 +11,6 @@ from ..easing import smoothstep
 from ..errors import SampError
 from ..frames import wrap_angle
 from ..motion import Motion
-from .retiming import at_frames
 
 SHORTEST, LONGEST = 0.8, 3.0
 """Seconds of a cycle."""
@@ -48,7 +47,7 @@ def looped(motion: Motion, in_place: bool = False) -> Loop:
     the take repeats.
     """
     first, last, gap = _best_cycle(motion)
-    part = at_frames(motion, np.arange(first, last + 1))
+    part = motion.at_frames(np.arange(first, last + 1))
     part = replace(part, interaction_start=None)
     root, rotations = _straightened(part.root, part.rotations)
     advance = (root[-1] - root[0]) * [1.0, 0.0, 1.0]

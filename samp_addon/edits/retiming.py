@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from .. import rotation
 from ..errors import UsageError
 from ..motion import Motion, velocities
 from ..refine.feet.foot_lock import lock_to_plans
@@ -65,29 +64,10 @@ def retimed(motion: Motion, factors: Mapping[str, float]) -> Retimed:
     frames = _source_frames(motion, factors)
     if len(frames) == len(motion) and np.abs(frames - np.arange(len(motion))).max() < 1e-9:
         return Retimed(motion, frames)
-    warped = at_frames(motion, frames)
+    warped = motion.at_frames(frames)
     # Faster stances slide faster; the ground is where the feet of the take stood.
     prints = Footprints.of(warped)
     return Retimed(lock_to_plans(warped, plan_feet(warped, prints), prints), frames)
-
-
-def at_frames(motion: Motion, frames: np.ndarray) -> Motion:
-    """Return the motion at frames (N,) with fractions: linear for positions, slerp for rotations."""
-    frames = np.clip(frames, 0, len(motion) - 1)
-    low = np.minimum(frames.astype(int), max(len(motion) - 2, 0))
-    high, share = np.minimum(low + 1, len(motion) - 1), frames - low
-    mix = lambda a: None if a is None else a[low] + (a[high] - a[low]) * share[:, None]
-    first = motion.interaction_start
-    return replace(
-        motion,
-        root=mix(motion.root),
-        rotations=rotation.slerp(motion.rotations[low], motion.rotations[high], share[:, None]),
-        contacts=mix(motion.contacts),
-        actions=mix(motion.actions),
-        interaction_start=None
-        if first is None
-        else int(np.searchsorted(frames, first - 1e-6).clip(max=len(frames) - 1)),
-    )
 
 
 def _source_frames(motion: Motion, factors: Mapping[str, float]) -> np.ndarray:
