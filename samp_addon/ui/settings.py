@@ -14,10 +14,10 @@ from bpy.props import (
 )
 
 from ..blender.character import measures
-from ..blender.scene import candidates
 from ..blender.sub_goals import arrows
 from . import job_from_settings, method_options, sub_goal_settings
 from .cast.settings import SAMP_PG_member
+from .parts.choices import is_character, is_target
 
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
@@ -25,18 +25,6 @@ ACTIONS = (
     ("walk", "Walk", "Walk to the target, or to the 3D cursor"),
     ("run", "Run", "Run to the target, or to the 3D cursor"),
 )
-
-
-def _is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    if obj.type != "ARMATURE":
-        return False
-    from ..blender.character import armature
-
-    return armature.is_smplx(obj)
-
-
-def _is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    return candidates.is_furniture(obj)
 
 
 def _is_sub_goal(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
@@ -84,7 +72,7 @@ class SAMP_PG_step(bpy.types.PropertyGroup):
     )
     action: EnumProperty(name="Action", description="Action of this step", items=ACTIONS)
     target: PointerProperty(
-        name="Target", description="Furniture of this step", type=bpy.types.Object, poll=_is_target
+        name="Target", description="Furniture of this step", type=bpy.types.Object, poll=is_target
     )
     place: FloatVectorProperty(
         name="Location", description="Destination if there is no target", subtype="TRANSLATION"
@@ -98,7 +86,7 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
         name="Character",
         description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
         type=bpy.types.Object,
-        poll=_is_character,
+        poll=is_character,
     )
     method: EnumProperty(
         name="Method", description="Method that generates the motion", items=method_options.items
@@ -108,7 +96,7 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
         name="Target",
         description="Furniture for the action; if empty, the active object",
         type=bpy.types.Object,
-        poll=_is_target,
+        poll=is_target,
     )
     seed: IntProperty(
         name="Seed", description="Seed of the random numbers; increased after each press", min=0

@@ -12,7 +12,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from ...blender.scene import candidates
+from ..parts.choices import is_character, is_target
 
 ACTIONS = (
     ("sit", "Sit", "Walk to the target and sit down"),
@@ -20,18 +20,6 @@ ACTIONS = (
     ("walk", "Walk", "Walk to the target or the location"),
     ("run", "Run", "Run to the target or the location"),
 )
-
-
-def _is_character(member: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    if obj.type != "ARMATURE":
-        return False
-    from ...blender.character import armature
-
-    return armature.is_smplx(obj)
-
-
-def _is_target(member: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    return candidates.is_furniture(obj)
 
 
 class SAMP_PG_member(bpy.types.PropertyGroup):
@@ -42,14 +30,14 @@ class SAMP_PG_member(bpy.types.PropertyGroup):
         name="Character",
         description="SMPL-X armature; if empty, a new human is made",
         type=bpy.types.Object,
-        poll=_is_character,
+        poll=is_character,
     )
     action: EnumProperty(name="Action", description="Action of this character", items=ACTIONS)
     target: PointerProperty(
         name="Target",
         description="Furniture for the action; characters with the same target take different places on it",
         type=bpy.types.Object,
-        poll=_is_target,
+        poll=is_target,
     )
     place: FloatVectorProperty(
         name="Location", description="Destination if there is no target", subtype="TRANSLATION"
