@@ -12,7 +12,7 @@ from .....models import state
 from .....samp_addon import skeleton
 from .....samp_addon.scene.voxels import RESOLUTION
 from .....samp_addon.vocabulary import POSTURE_NAMES, POSTURES
-from . import compact
+from . import compact, rarity
 from .features import Encoder
 
 SHARES = {"sit": 0.40, "lie": 0.17, "walk": 0.19, "stroll": 0.08, "run": 0.10, "idle": 0.06}
@@ -203,7 +203,7 @@ def _starts(raw: dict[str, np.ndarray], usable: np.ndarray, window: int) -> tupl
     """Return start frames (M,) and their cumulative probabilities (M,).
 
     From a start frame, ``window`` usable frames of one sequence follow. The kinds have the probabilities SHARES;
-    within a kind, frames are weighted by their sequences.
+    within a kind, frames are weighted by their sequences, and those that lead to rare postures more (rarity.py).
     """
     sequence = np.repeat(np.arange(len(raw["lengths"])), raw["lengths"])
     total = np.concatenate([[0], np.cumsum(usable)])
@@ -211,7 +211,8 @@ def _starts(raw: dict[str, np.ndarray], usable: np.ndarray, window: int) -> tupl
     whole = (total[at + window] - total[at] == window) & (sequence[at] == sequence[at + window])
     at = at[whole]
     kinds = raw["kinds"][sequence[at]]
-    chance = raw["weights"][sequence[at]].astype(np.float64)
+    rare = rarity.weights(raw["postures"], raw["kinds"])
+    chance = (raw["weights"] * rare)[sequence[at]].astype(np.float64)
     for kind in np.unique(kinds):
         of_kind = kinds == kind
         chance[of_kind] *= SHARES.get(str(kind), 0.0) / chance[of_kind].sum()

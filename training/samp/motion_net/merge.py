@@ -1,6 +1,6 @@
 """Merge two training sets: some kinds of sequences from one, all others from the other.
 
-python -m samp_blender.training.samp.motion_net.learning.merge BASE.npz OTHER.npz OUT.npz --kinds sit lie
+python -m samp_blender.training.samp.motion_net.merge BASE.npz OTHER.npz OUT.npz --kinds sit lie
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .frames import with_defaults
+from .learning.frames import with_defaults
 
 OF_FRAMES = ("root", "rotations", "actions", "contacts", "goal", "goal_action", "bad")
 OF_SEQUENCES = (
