@@ -9,7 +9,8 @@ from samp_blender.samp_addon import skeleton
 from samp_blender.samp_addon.methods.samp.rollout.rollout import Rollout
 from samp_blender.samp_addon.methods.samp.rollout.start import Start
 from samp_blender.training.composition.sequence import Sequence, save
-from samp_blender.training.samp.motion_net.learning import compact, drift, frames, merge, pieces, side_by_side
+from samp_blender.training.samp.motion_net import merge
+from samp_blender.training.samp.motion_net.learning import compact, drift, frames, pieces, side_by_side
 from samp_blender.training.samp.motion_net.learning.rollouts import LATEST, Draws, Rollouts
 from samp_blender.training.samp.motion_net.learning.trainer import WINDOW, Trainer, window
 from samp_blender.training.samp.motion_net.schedule import Schedule

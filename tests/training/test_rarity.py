@@ -1,7 +1,6 @@
 """Rare postures are trained more often, within a limit."""
 
 import numpy as np
-
 from samp_blender.samp_addon.vocabulary import POSTURE_NAMES
 from samp_blender.training.samp.motion_net.learning import rarity
 
