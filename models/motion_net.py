@@ -129,7 +129,8 @@ class MotionNet(nn.Module):
         self.postures = postures
         # Count of the leading components of z that are drawn once for a whole take; the others are drawn every frame.
         self.register_buffer("held", torch.zeros((), dtype=torch.int64))
-        # Whether the grid of the object is drawn around the goal, not over the whole object.
+        # Whether goals lie where the pelvis really rests, and the object's grid is drawn around them. Without it,
+        # goals on deep seats lie in front of the body's place, and the grid is drawn over the whole object.
         self.register_buffer("goal_grid", torch.zeros((), dtype=torch.int64))
         for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT + postures)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))

@@ -47,6 +47,14 @@ def test_the_stand_off_grows_with_the_depth_of_the_seat(depth, least, most):
     assert least <= front(box((-0.5, 0.0, -0.5), (0.5, 0.43, depth))).stand_off <= most
 
 
+def test_networks_that_go_to_the_seated_pelvis_need_no_stand_off():
+    points, _ = sample_surface(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.35)), 20000, seed=0)
+    usual, true_goals = (SeatFront.of(points, GOAL, 0.0, flag) for flag in (False, True))
+    assert usual.stand_off > 0.1
+    assert true_goals.stand_off == 0
+    assert np.array_equal(usual.edge, true_goals.edge)
+
+
 @pytest.mark.parametrize("floor", [0.0, 1.2])
 def test_a_sofa_is_closed_down_to_the_floor_and_a_stool_is_open(floor):
     up = np.array([0.0, floor, 0.0])

@@ -1,4 +1,6 @@
-"""PE and RE of the three stages of takes, and the measures that finishing could hide."""
+"""Measures of the three stages of takes, and of what a network uses."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -6,6 +8,7 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.methods.method import Draw
 from samp_blender.samp_addon.methods.samp.method import Samp
+from samp_blender.samp_addon.methods.samp.request import Request
 from samp_blender.samp_addon.methods.take import Take
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.pipeline.job import Job
@@ -16,9 +19,9 @@ from samp_blender.training.evaluation.takes import view_of
 
 @pytest.fixture(scope="module")
 def sit():
-    """Return a job of one sit in a room of boxes, with its view."""
+    """Return a job of two sits in a room of boxes, with its view."""
     room = rooms.random_room(1003, rooms.sofa)
-    return Job(action="sit", target="Target", seed=11, hold=1.2), view_of(room, None), "sofa"
+    return Job(action="sit", target="Target", seed=11, variants=2, hold=1.2), view_of(room, None), "sofa"
 
 
 @pytest.fixture(scope="module")
@@ -27,23 +30,43 @@ def found(sit):
 
 
 def test_every_stage_has_all_takes(found):
-    assert list(found) == ["network", "guided", "finished"]
-    for errors in found.values():
-        assert len(errors.position) + errors.failed == 1
-        assert set(errors.clusters) <= {"sofa"}
-    assert len(found["network"].position) == len(found["guided"].position) == 1  # also takes that got stuck
+    assert list(found) == ["network", "guided", "finished", stages.HIDDEN, stages.Z_ALONE]
+    for stage in found.values():
+        assert len(stage.numbers) == len(stage.clusters) == 2
+        assert len(stage.motions) + stage.failed == 2
+    assert len(found["network"].motions) == len(found["guided"].motions) == 2  # also takes that got stuck
 
 
 def test_finishing_brings_takes_onto_the_goal_which_the_network_alone_misses(found):
-    raw, finished = (np.array(found[name].position) for name in ("network", "finished"))
-    assert raw.max() > 2 * finished.max()
-    assert finished.max() < 8
+    raw, finished = (found[name].estimate("position_error_cm").mean for name in ("network", "finished"))
+    assert raw > 1.5 * finished
+    assert finished < 8
 
 
-def test_stages_are_told_apart_in_the_table(found):
+def test_the_table_has_a_column_for_each_stage(found):
     lines = stages.table("sit", found).splitlines()
-    assert [line.split("|")[1].strip() for line in lines[4:]] == ["network", "guided", "finished"]
-    assert len({line.split("|")[4] for line in lines[4:]}) == 3
+    rows = {line.split("|")[1].strip(): line.split("|")[2:5] for line in lines if line.startswith("| ")}
+    assert len(set(rows["PE, cm"])) == 3
+    assert "walking: knee flexion, deg" in rows
+    assert "Finishing moves the joints by" in lines[-3] and "z alone" in lines[-1]
+
+
+def test_change_by_finishing_is_the_mean_distance_of_the_joints():
+    rotations = np.zeros((90, 22, 4))
+    rotations[..., 0] = 1
+    before = Motion(np.zeros((90, 3)), rotations)
+    after = Motion(np.repeat([[0.0, 0.0, 0.0], [0.0, 0.0, 0.03]], [30, 60], axis=0), rotations)
+    found = {"guided": stages.Stage({(0, 1): before}), "finished": stages.Stage({(0, 1): after})}
+    assert stages.changes_by_finishing(found) == pytest.approx((3.0, 2.0))
+
+
+def test_versions_of_the_requests_differ_only_as_they_say():
+    place = Goal(np.zeros(3), np.array([0.0, 0.0, 1.0]), "sit")
+    triangles = np.zeros((1, 3, 3))
+    asked = [Request(np.zeros(3), 0.0, "sit", place, object_triangles=triangles, seed=k) for k in (4, 5)]
+    assert [r.object_triangles for r in stages.without_object(asked)] == [None, None]
+    alone = stages.with_own_z(asked)
+    assert [(r.seed, r.latent_seed) for r in alone] == [(4, 4), (4, 5)]
 
 
 def test_an_earlier_stage_is_neither_snapped_nor_locked(sit):
@@ -63,14 +86,16 @@ def test_an_earlier_stage_is_neither_snapped_nor_locked(sit):
 @pytest.mark.parametrize(
     ("offset", "error"), [((0.0, 0.0, 0.0), 0.0), ((0.03, 0.0, 0.04), 5.0), ((0.0, 0.5, 0.0), 50.0)]
 )
-def test_errors_are_those_of_the_goal_on_the_object(offset, error):
+def test_errors_are_those_of_the_goal_on_the_object(offset, error, monkeypatch):
     rotations = np.zeros((60, 22, 4))
     rotations[..., 0] = 1
     goal = Goal(np.array([1.0, 0.6, 2.0]), np.array([0.0, 0.0, 1.0]), "sit")
-    errors = stages.StageErrors()
-    errors.add([Take(1, Motion(np.tile(goal.position + offset, (60, 1)), rotations), goal=goal)], "piece")
-    assert errors.position == pytest.approx([error], abs=1e-6)
-    assert errors.rotation == pytest.approx([0.0], abs=1e-4)
+    take = Take(1, Motion(np.tile(goal.position + offset, (60, 1)), rotations), goal=goal)
+    monkeypatch.setattr(Samp, "generate", lambda *arguments: ([take], []))
+    monkeypatch.setattr(stages, "_measures", stages._goal_measures)
+    found = stages.measure([(Job(action="sit", target="Seat"), SimpleNamespace(), "piece")])
+    assert found["finished"].estimate("position_error_cm").mean == pytest.approx(error, abs=1e-6)
+    assert found["finished"].estimate("rotation_error_deg").mean == pytest.approx(0.0, abs=1e-4)
 
 
 def test_a_place_that_cannot_be_found_counts_as_failed(sit, monkeypatch):
@@ -79,5 +104,6 @@ def test_a_place_that_cannot_be_found_counts_as_failed(sit, monkeypatch):
 
     monkeypatch.setattr(Samp, "generate", refuse)
     found = stages.measure([sit])
-    assert [errors.failed for errors in found.values()] == [1, 1, 1]
-    assert stages.table("sit", found).count("| - | - |") == 3
+    assert [stage.failed for stage in found.values()] == [2] * 5
+    assert found["network"].estimate("success").mean == 0
+    assert "| takes that got stuck | 2 | 2 | 2 |" in stages.table("sit", found)

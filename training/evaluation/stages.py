@@ -1,83 +1,207 @@
-"""PE and RE of three stages of the same takes: the network alone, with path following, and finished.
+"""Measures of three stages of the same takes: the network alone, with path following, and finished.
 
 Finishing blends the last frames onto the goal, so the finished numbers alone say little of a network. All takes count,
-also those that got stuck; each is compared with its goal on the object.
+also those that got stuck; each is compared with its goal on the object. Two more versions of the guided takes show what
+the network uses: one without its object, and one in which only z differs between the takes of a job.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from ...samp_addon.errors import SampError
-from ...samp_addon.evaluation import metrics
+from ...samp_addon.evaluation import back_rest, diversity, metrics, posture
+from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.methods.method import Draw
 from ...samp_addon.methods.samp import goals
 from ...samp_addon.methods.samp.load_networks import MotionNetwork
 from ...samp_addon.methods.samp.method import Samp
 from ...samp_addon.methods.samp.networks import Networks
+from ...samp_addon.methods.samp.request import Request
 from ...samp_addon.methods.samp.rollout import generator
 from ...samp_addon.methods.scene_view import SceneView
 from ...samp_addon.methods.take import Take
+from ...samp_addon.motion import Motion
 from ...samp_addon.pipeline.job import Job
+from ...samp_addon.scene.geometry import sample_surface
+from ...samp_addon.skeleton import BODY_COUNT
 from .tables import Estimate
+
+Jobs = Sequence[tuple[Job, SceneView, str]]
+Change = Callable[[Sequence[Request]], list[Request]]
+
+NETWORK, GUIDED, FINISHED = generator.STAGES
+HIDDEN, Z_ALONE = "guided, object hidden", "guided, z alone"
+ROWS = (
+    ("success", "success, share"),
+    ("position_error_cm", "PE, cm"),
+    ("rotation_error_deg", "RE, deg"),
+    ("penetration_5cm_percent", "frames deeper than 5 cm, %"),
+    ("touches_back", "back against the rest, share of backed seats"),
+    ("hanging_feet_cm", "feet over the floor in the hold, low seats, cm"),
+    ("air_squat_s", "squat in the air, s"),
+    ("unsupported_s", "without support, s"),
+    ("seated_speed_m_s", "pelvis while seated, m/s"),
+    ("stance_slide_cm_s", "stance slide, cm/s"),
+    ("jerk_m_s3", "jerk, m/s^3"),
+    ("walk_knee_deg", "walking: knee flexion, deg"),
+    ("walk_straight_deg", "walking: straightest knee, deg"),
+    ("walk_elbow_deg", "walking: elbow flexion, deg"),
+    ("walk_neck_deg", "walking: neck, deg"),
+    ("walk_step_width_m", "walking: step width, m"),
+    ("idle_knee_deg", "idle: knee flexion, deg"),
+)
+LAST_SECONDS = 2.0  # seconds at the end of a take in which the change by finishing is told apart
 
 
 @dataclass
-class StageErrors:
-    """PE (cm), RE (degrees) and piece or room of each take of a stage, and how many takes there are none of."""
+class Stage:
+    """The takes of a stage by (job, seed), their measures, piece or room, and how many there are none of."""
 
-    position: list[float] = field(default_factory=list)
-    rotation: list[float] = field(default_factory=list)
+    motions: dict[tuple[int, int], Motion] = field(default_factory=dict)
+    numbers: list[dict] = field(default_factory=list)
     clusters: list[str] = field(default_factory=list)
     failed: int = 0
 
-    def add(self, takes: Sequence[Take], cluster: str) -> None:
-        """Measure takes with a goal."""
-        for take in takes:
-            self.position.append(metrics.position_error(take.motion, take.goal))
-            self.rotation.append(metrics.rotation_error(take.motion, take.goal))
-            self.clusters.append(cluster)
+    def estimate(self, key: str) -> Estimate | None:
+        """Return the mean of a measure over all takes that have it; takes that were not made do not succeed."""
+        known = [k for k, numbers in enumerate(self.numbers) if numbers.get(key) is not None]
+        if not known:
+            return None
+        return Estimate.of([float(self.numbers[k][key]) for k in known], [self.clusters[k] for k in known])
+
+    def apart(self) -> float | None:
+        """Return the mean APD, frame by frame, between the takes of each job."""
+        jobs: dict[int, list[Motion]] = {}
+        for (job, _), motion in self.motions.items():
+            jobs.setdefault(job, []).append(motion)
+        found = [diversity.diversity_in_time(motions) for motions in jobs.values() if len(motions) > 1]
+        return float(np.mean(found)) if found else None
 
 
-def networks_of_stage(stage: str, network: MotionNetwork | None = None) -> Networks:
-    """Return networks whose takes end at a stage, one of generator.STAGES. network: the shipped one if left out."""
-    return Networks(goals.sample_goals, partial(generator.generate, network=network, stage=stage))
+def networks_of_stage(
+    stage: str, network: MotionNetwork | None = None, change: Change | None = None
+) -> Networks:
+    """Return networks whose takes end at a stage, one of generator.STAGES.
+
+    network: the shipped one if left out. change: of the requests, before the rollout.
+    """
+
+    def generate(
+        requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
+    ) -> list[Motion | SampError]:
+        return generator.generate(change(requests) if change else requests, progress, network, stage)
+
+    return Networks(goals.sample_goals, generate)
 
 
-def measure(
-    jobs: Sequence[tuple[Job, SceneView, str]], network: MotionNetwork | None = None
-) -> dict[str, StageErrors]:
+def without_object(requests: Sequence[Request]) -> list[Request]:
+    """Return requests whose voxels are zero."""
+    return [replace(request, object_triangles=None) for request in requests]
+
+
+def with_own_z(requests: Sequence[Request]) -> list[Request]:
+    """Return the first request as often as there are requests, each with a z of its own."""
+    return [replace(requests[0], latent_seed=request.seed) for request in requests]
+
+
+def measure(jobs: Jobs, network: MotionNetwork | None = None) -> dict[str, Stage]:
     """Generate the first attempt of each take at each stage. jobs: with the piece or room that they are in."""
-    found = {}
-    for stage in generator.STAGES:
-        method = Samp(networks_of_stage(stage, network))
-        errors = found[stage] = StageErrors()
-        for job, view, cluster in jobs:
-            draws = [Draw(seed, seed) for seed in job.seeds]
-            try:
-                takes, failures = method.generate(job.steps[0], view, draws, lambda stage, share: None)
-            except SampError:
-                takes, failures = [], draws
-            errors.add(takes, cluster)
-            errors.failed += len(failures)
+    found = {stage: _run(jobs, stage, network, _measures) for stage in generator.STAGES}
+    found[HIDDEN] = _run(jobs, GUIDED, network, _goal_measures, without_object)
+    found[Z_ALONE] = _run(jobs, GUIDED, network, _goal_measures, with_own_z)
     return found
 
 
-def table(action: str, found: dict[str, StageErrors]) -> str:
-    """Markdown: a row for each stage, intervals by bootstrap over pieces or rooms."""
+def _run(
+    jobs: Jobs,
+    stage: str,
+    network: MotionNetwork | None,
+    measures: Callable[[Take, SceneView], dict],
+    change: Change | None = None,
+) -> Stage:
+    method = Samp(networks_of_stage(stage, network, change))
+    out = Stage()
+    for number, (job, view, cluster) in enumerate(jobs):
+        draws = [Draw(seed, seed) for seed in job.seeds]
+        try:
+            takes, failures = method.generate(job.steps[0], view, draws, lambda stage, share: None)
+        except SampError:
+            takes, failures = [], draws
+        out.failed += len(failures)
+        out.motions |= {(number, take.seed): take.motion for take in takes}
+        out.numbers += [measures(take, view) for take in takes] + [{"success": False}] * len(failures)
+        out.clusters += [cluster] * (len(takes) + len(failures))
+    return out
+
+
+def _goal_measures(take: Take, view: SceneView) -> dict:
+    return metrics.goal_measures(take.motion, take.goal)
+
+
+def _measures(take: Take, view: SceneView) -> dict:
+    motion = take.motion
+    obstacles = Obstacles(view.geometry.triangles)
+    numbers = metrics.measure(motion, take.goal, obstacles, take.floor) | posture.measures(motion)
+    if take.goal.action == "sit" and view.target is not None:
+        points = sample_surface(view.target, 8000, seed=0)[0]
+        gap = back_rest.gap(motion, max(len(motion) - int(motion.fps / 2), 0), points)
+        numbers["touches_back"] = None if gap is None else gap <= back_rest.TOUCHING
+    return numbers
+
+
+def changes_by_finishing(found: dict[str, Stage]) -> tuple[float, float] | None:
+    """Return how far finishing moves the body's joints in the mean, cm: in the last two seconds, and in all frames."""
+    last, whole = [], []
+    for key, motion in found[FINISHED].motions.items():
+        before = found[GUIDED].motions.get(key)
+        if before is None or len(before) != len(motion):
+            continue
+        joints = (m.forward_kinematics()[0][:, :BODY_COUNT] for m in (before, motion))
+        moved = np.linalg.norm(np.subtract(*joints), axis=-1).mean(1)
+        last.append(moved[-int(LAST_SECONDS * motion.fps) :].mean())
+        whole.append(moved.mean())
+    return (100 * float(np.mean(last)), 100 * float(np.mean(whole))) if last else None
+
+
+def table(action: str, found: dict[str, Stage]) -> str:
+    """Markdown: a column for each stage, intervals by bootstrap over pieces or rooms."""
+    takes = len(found[FINISHED].numbers)
     lines = [
-        f"{action}: first attempts, all takes",
+        f"{action}: first attempts, all {takes} takes",
         "",
-        "| stage | takes | without a take | PE, cm | RE, deg |",
-        "|---|---|---|---|---|",
+        "| measure | network alone | with path following | finished |",
+        "|---|---|---|---|",
     ]
-    for stage, errors in found.items():
-        cells = ["-", "-"]
-        if errors.position:
-            cells = [
-                str(Estimate.of(values, errors.clusters)) for values in (errors.position, errors.rotation)
-            ]
-        lines.append(f"| {stage} | {len(errors.position)} | {errors.failed} | {cells[0]} | {cells[1]} |")
+    missing = [str(found[stage].failed) for stage in generator.STAGES]
+    lines.append("| takes that got stuck | " + " | ".join(missing) + " |")
+    for key, name in ROWS:
+        cells = [found[stage].estimate(key) for stage in generator.STAGES]
+        if any(cells):
+            lines.append(f"| {name} | " + " | ".join("-" if c is None else str(c) for c in cells) + " |")
+    lines += ["", *_remarks(found)]
     return "\n".join(lines)
+
+
+def _remarks(found: dict[str, Stage]) -> list[str]:
+    """Return sentences about what the network uses and what finishing changes."""
+    lines = []
+    if (moved := changes_by_finishing(found)) is not None:
+        lines.append(
+            f"Finishing moves the joints by {moved[0]:.1f} cm in the last two seconds and {moved[1]:.1f} cm in all."
+        )
+    usual, hidden = (found[stage].estimate("position_error_cm") for stage in (GUIDED, HIDDEN))
+    if usual and hidden and found[HIDDEN].clusters:
+        ratio = hidden.mean / max(usual.mean, 1e-9)
+        lines.append(
+            f"With the object hidden, PE of guided takes is {hidden.mean:.1f} cm ({ratio:.2f} times)."
+        )
+    every, alone = found[GUIDED].apart(), found[Z_ALONE].apart()
+    if every and alone is not None:
+        lines.append(
+            f"APD of guided takes is {every:.1f}; by z alone {alone:.1f} ({alone / every:.2f} times)."
+        )
+    return lines

@@ -10,16 +10,13 @@ from pathlib import Path
 
 import numpy as np
 from scipy.linalg import sqrtm
-from scipy.spatial import cKDTree
 
 from ...samp_addon import rotation, skeleton
-from ...samp_addon.body import human
-from ...samp_addon.evaluation import feet
+from ...samp_addon.evaluation import back_rest, feet
 from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
 from ..mocap import clip_files
-from ..mocap.events import headings
 from ..mocap.posture import neutralised
 from .classes import CLASS
 from .corpus import store
@@ -29,7 +26,6 @@ from .make import DEFAULT_MOCAP
 
 DEEP = 0.02  # metres
 STRIDE = 10  # frames between two that penetration is looked at
-BACK = (0.10, 0.45, 0.2)  # metres over, behind and aside of the pelvis in which a place has a back
 COMPONENTS = 24  # of a pose, for Fréchet distances
 KNEES = (("left_hip", "left_knee", "left_ankle"), ("right_hip", "right_knee", "right_ankle"))
 
@@ -75,18 +71,9 @@ def leaning(data: store.RoomData, episode: int) -> list[float]:
         if not len(piece):
             continue
         points, _ = geometry.sample_surface(piece, 8000, seed=0)
-        away = points - motion.root[0]
-        yaw = headings(motion.root, motion.rotations)[0]
-        behind = -(away[:, 0] * np.sin(yaw) + away[:, 2] * np.cos(yaw))
-        aside = np.abs(away[:, 0] * np.cos(yaw) - away[:, 2] * np.sin(yaw))
-        back = points[(away[:, 1] > BACK[0]) & (behind > 0) & (behind < BACK[1]) & (aside < BACK[2])]
-        if len(back) < 10:
-            continue
-        body = data.body(episode)
-        skin = human.skin(body, motion)[0]
-        owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
-        rear = np.isin(owner, [3, 6, 9]) & (body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25))
-        out.append(float(cKDTree(back).query(skin[rear])[0].min()))
+        found = back_rest.gap(motion, 0, points, data.body(episode))
+        if found is not None:
+            out.append(found)
     return out
 
 
@@ -160,6 +147,7 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
     axes = np.linalg.svd(real["seated"][::5] - middle, full_matrices=False)[2][:COMPONENTS].T
     mine = np.concatenate(poses)
     rooms, deep, leans = corpus.manifest["rooms"], np.array(deep), np.array(leans)
+    touching = leans <= back_rest.TOUCHING
     frames = np.array([r["frames"] for r in rooms])
     return {
         "rooms, episodes, hours": (len(rooms), sum(r["episodes"] for r in rooms), round(corpus.manifest["hours"], 2)),
@@ -173,7 +161,7 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
         "captured": _knees(real["idle"], real["walk"]),
         "stance slide cm/s, captured": (round(float(np.mean(slides)), 2), round(float(real["slide"].mean()), 2)),
         "jerk m/s3, captured": (round(float(np.median(jerks))), round(float(np.median(real["jerk"])))),
-        "back to rest <= 3 cm, sits": (round(float((leans <= 0.03).mean()), 2) if len(leans) else None, len(leans)),
+        "back to rest <= 3 cm, sits": (round(float(touching.mean()), 2) if len(leans) else None, len(leans)),
         "back to rest, median m": round(float(np.median(leans)), 3) if len(leans) else None,
         "seated FD to held-out": round(frechet(mine, real["held"], axes, middle), 2) if len(real["held"]) else None,
         "seated FD captured to held-out": round(frechet(real["seated"], real["held"], axes, middle), 2)

@@ -17,8 +17,9 @@ class Request:
     start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of vocabulary.ACTIONS.
     goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
     from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
-    seed: of the noise. hold_seconds: how long the action is held at the end. style: standard deviation of the
-    noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it the character stands at
+    seed: of all that is drawn; latent_seed: of z alone, if that is to differ. hold_seconds: how long the action is held
+    at the end. style: standard deviation of the noise z, 0.1 as in SAMP. after: the motion that the take continues, at
+    30 fps; without it the character stands at
     the start. remarks: sentences for the artist about what was asked for and is not done exactly. ground: returns
     the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground. free: where
     the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which a body fits.
@@ -42,3 +43,4 @@ class Request:
     free: Callable[[np.ndarray], np.ndarray] | None = None
     posture: tuple[str, ...] = ()
     posture_places: Callable[[], tuple[str, ...]] = tuple
+    latent_seed: int | None = None

@@ -35,17 +35,19 @@ class SeatFront:
 
     heights: (H,) above the floor. edge: (H,) how far the object extends in front of the seated pelvis at these
     heights, minus infinity where there is nothing. seat_edge: how far the seat itself does.
+    true_goals: whether the network goes to the place of the seated pelvis itself, so that no stand-off is needed.
     """
 
     heights: np.ndarray
     edge: np.ndarray
     seat_edge: float
+    true_goals: bool = False
 
     @classmethod
-    def of(cls, points: np.ndarray, goal: Goal, floor: float) -> SeatFront:
+    def of(cls, points: np.ndarray, goal: Goal, floor: float, true_goals: bool = False) -> SeatFront:
         """Measure the front of an object, as a body on ``goal`` meets it.
 
-        points: (N, 3) on its surface, twenty thousand or more. floor: height of the floor.
+        points: (N, 3) on its surface, twenty thousand or more. floor: height of the floor. true_goals: see the class.
         """
         away = points - goal.position
         ahead = away @ goal.direction
@@ -59,11 +61,13 @@ class SeatFront:
             slab = before & (np.abs(points[:, 1] - floor - height) < STEP)
             if slab.sum() > 5:
                 edge[k] = np.percentile(ahead[slab], 98)
-        return cls(heights, edge, seat)
+        return cls(heights, edge, seat, true_goals)
 
     @property
     def stand_off(self) -> float:
         """Return the metres by which the goal of the rollout lies in front of the seated pelvis."""
+        if self.true_goals:
+            return 0.0
         return float(np.clip(self.seat_edge + CALF_BEHIND - STANDS_AHEAD, 0.0, MAX_STAND_OFF))
 
     def clear_shins(self, motion: Motion, goal: np.ndarray) -> Motion:

@@ -68,7 +68,7 @@ def _run(
 
     from .steering import Guide
 
-    takes = plan_takes(requests)
+    takes = plan_takes(requests, bool(network.net.goal_grid))
     record, done, frame = Record(len(takes)), np.zeros(len(takes), bool), 0
     tracked = RolloutProgress(requests, [take.route for take in takes])
     going, limit = np.arange(len(takes)), int(tracked.limit.max())

@@ -36,8 +36,11 @@ class PlannedTake:
     top: RestingTop | None = None
 
 
-def plan_takes(requests: Sequence[Request]) -> list[PlannedTake]:
-    """Plan one take for each request; the surface of each object is sampled once."""
+def plan_takes(requests: Sequence[Request], true_goals: bool = False) -> list[PlannedTake]:
+    """Plan one take for each request; the surface of each object is sampled once.
+
+    true_goals: whether the network was trained with goals at the real places of the pelvis.
+    """
     surfaces: dict[int, np.ndarray] = {}
     takes = []
     for request in requests:
@@ -47,7 +50,7 @@ def plan_takes(requests: Sequence[Request]) -> list[PlannedTake]:
             if key not in surfaces:
                 surfaces[key] = sample_surface(request.object_triangles, SURFACE_SAMPLES, seed=0)[0]
             points = surfaces[key]
-        takes.append(_plan(request, points))
+        takes.append(_plan(request, points, true_goals))
     return takes
 
 
@@ -72,9 +75,13 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
     tensor = lambda values: torch.as_tensor(np.asarray(values), dtype=torch.float32)
     return Rollout(
         net, starts, tensor(centres), tensor(occupancy),
-        [take.request.seed for take in takes], tensor([[take.request.style] for take in takes]),
+        [_latent_seed(take.request) for take in takes], tensor([[take.request.style] for take in takes]),
         tensor([postures.numbers(_posture(take.request, net)) for take in takes]),
     )  # fmt: skip
+
+
+def _latent_seed(request: Request) -> int:
+    return request.seed if request.latent_seed is None else request.latent_seed
 
 
 def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
@@ -88,8 +95,8 @@ def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
     return postures.drawn(shares, request.action, request.posture_places(), request.seed)
 
 
-def _plan(request: Request, points: np.ndarray | None) -> PlannedTake:
-    """Plan one take; the goal on a deep seat is moved forward, see seat_edge.py.
+def _plan(request: Request, points: np.ndarray | None, true_goals: bool) -> PlannedTake:
+    """Plan one take; without true goals, that on a deep seat is moved forward, see seat_edge.py.
 
     points: (N, 3) on the surface of its object, or None.
     """
@@ -98,7 +105,7 @@ def _plan(request: Request, points: np.ndarray | None) -> PlannedTake:
         floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
         top = RestingTop.of(points, goal, floor)
         if request.action == "sit":
-            front = SeatFront.of(points, goal, floor)
+            front = SeatFront.of(points, goal, floor, true_goals)
             goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
     route = Route(request.start_position, request.waypoints, goal, request.action)
     return PlannedTake(request, route, front=front, top=top)
