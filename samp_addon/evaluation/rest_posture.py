@@ -6,7 +6,10 @@ The same measurements label the training data and judge whether a take rests as 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from ..body import human
+from ..body.human import Human
 from ..motion import Motion
 from ..skeleton import INDEX
 from ..vocabulary import POSTURE_NAMES
@@ -42,6 +45,18 @@ RAISED_TRUNK = 18.0
 """Degrees between a lying body's trunk and the floor from which it is half sitting."""
 
 
+TOUCHING_BACK = 0.03
+"""Metres from the skin of the back to the seat's up to which a body leans on it: clothes and cushions yield."""
+
+BACK_ABOVE, BACK_BEHIND, BACK_ASIDE = 0.10, 0.45, 0.2
+"""Metres over, behind and aside of the pelvis in which a seat has a back."""
+
+FEWEST_BACK_POINTS = 10
+"""Points on the seat's back below which it counts as having none."""
+
+_TRUNK = (3, 6, 9)  # joints whose skin is the back
+
+
 def flags(motion: Motion, action: str) -> dict[str, np.ndarray]:
     """Return flags (T,) for each posture of an action of the body in each frame; none for actions without a rest."""
     measured = {"sit": _seated, "lie": _lying}.get(action)
@@ -52,6 +67,24 @@ def shares(motion: Motion, action: str, frames: np.ndarray) -> np.ndarray:
     """Return the share of ``frames`` in each posture, in the order of POSTURE_NAMES; zeros for other actions."""
     found = flags(motion, action)
     return np.array([found[name][frames].mean() if name in found else 0.0 for name in POSTURE_NAMES])
+
+
+def back_gap(motion: Motion, frame: int, points: np.ndarray, body: Human | None = None) -> float | None:
+    """Return the metres from the upper back to the back of a seat in one frame; None where the seat has no back.
+
+    points: (N, 3) on the seat's surface, thousands. body: the default human if left out.
+    """
+    body = body or human.load()
+    still = motion.pose_slice(slice(frame, frame + 1))
+    away, ahead = points - still.root[0], still.headings()[0]
+    behind = -(away @ ahead)
+    aside = np.abs(away @ np.cross([0.0, 1.0, 0.0], ahead))
+    back = points[(away[:, 1] > BACK_ABOVE) & (behind > 0) & (behind < BACK_BEHIND) & (aside < BACK_ASIDE)]
+    if len(back) < FEWEST_BACK_POINTS:
+        return None
+    owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
+    rear = np.isin(owner, _TRUNK) & (body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25))
+    return float(cKDTree(back).query(human.skin(body, still)[0][rear])[0].min())
 
 
 class _Points:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...samp_addon.errors import SampError
-from ...samp_addon.evaluation import back_rest, diversity, metrics, posture
+from ...samp_addon.evaluation import diversity, metrics, posture, rest_posture
 from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.methods.method import Draw
 from ...samp_addon.methods.samp import goals
@@ -148,8 +148,8 @@ def _measures(take: Take, view: SceneView) -> dict:
     numbers = metrics.measure(motion, take.goal, obstacles, take.floor) | posture.measures(motion)
     if take.goal.action == "sit" and view.target is not None:
         points = sample_surface(view.target, 8000, seed=0)[0]
-        gap = back_rest.gap(motion, max(len(motion) - int(motion.fps / 2), 0), points)
-        numbers["touches_back"] = None if gap is None else gap <= back_rest.TOUCHING
+        gap = rest_posture.back_gap(motion, max(len(motion) - int(motion.fps / 2), 0), points)
+        numbers["touches_back"] = None if gap is None else gap <= rest_posture.TOUCHING_BACK
     return numbers
 
 

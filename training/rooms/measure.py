@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import sqrtm
 
 from ...samp_addon import rotation, skeleton
-from ...samp_addon.evaluation import back_rest, feet
+from ...samp_addon.evaluation import feet, rest_posture
 from ...samp_addon.evaluation.obstacles import Obstacles
 from ...samp_addon.motion import Motion
 from ...samp_addon.scene import geometry
@@ -71,7 +71,7 @@ def leaning(data: store.RoomData, episode: int) -> list[float]:
         if not len(piece):
             continue
         points, _ = geometry.sample_surface(piece, 8000, seed=0)
-        found = back_rest.gap(motion, 0, points, data.body(episode))
+        found = rest_posture.back_gap(motion, 0, points, data.body(episode))
         if found is not None:
             out.append(found)
     return out
@@ -147,7 +147,7 @@ def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[s
     axes = np.linalg.svd(real["seated"][::5] - middle, full_matrices=False)[2][:COMPONENTS].T
     mine = np.concatenate(poses)
     rooms, deep, leans = corpus.manifest["rooms"], np.array(deep), np.array(leans)
-    touching = leans <= back_rest.TOUCHING
+    touching = leans <= rest_posture.TOUCHING_BACK
     frames = np.array([r["frames"] for r in rooms])
     return {
         "rooms, episodes, hours": (len(rooms), sum(r["episodes"] for r in rooms), round(corpus.manifest["hours"], 2)),
