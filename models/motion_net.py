@@ -15,6 +15,9 @@ EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
 POSTURES = 9  # numbers behind the features of the object: the posture of the rest that the take leads to
+STYLES = (
+    128  # codes of real motion that are stored for each action, from which the held components of z are drawn
+)
 POSTURE_ROWS = 32  # combinations of postures that are stored with their shares in the training data
 # Width of the prediction network. The paper uses 512; with this amount of data, half of it is as accurate in half the
 # time.
@@ -129,6 +132,8 @@ class MotionNet(nn.Module):
         self.postures = postures
         # Count of the leading components of z that are drawn once for a whole take; the others are drawn every frame.
         self.register_buffer("held", torch.zeros((), dtype=torch.int64))
+        # Held components of z of real motion, first in each row, for each action; zero if they are drawn from N(0, 1).
+        self.register_buffer("style_codes", torch.zeros(state.ACTIONS, STYLES, LATENT))
         # Whether goals lie where the pelvis really rests, and the object's grid is drawn around them. Without it,
         # goals on deep seats lie in front of the body's place, and the grid is drawn over the whole object.
         self.register_buffer("goal_grid", torch.zeros((), dtype=torch.int64))
