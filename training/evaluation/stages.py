@@ -114,7 +114,7 @@ def with_own_z(requests: Sequence[Request]) -> list[Request]:
 def measure(jobs: Jobs, network: MotionNetwork | None = None) -> dict[str, Stage]:
     """Generate the first attempt of each take at each stage. jobs: with the piece or room that they are in."""
     found = {stage: run(jobs, stage, network) for stage in generator.STAGES}
-    found[HIDDEN] = run(jobs, GUIDED, network, goal_measures, without_object)
+    found[HIDDEN] = run(jobs, GUIDED, network, change=without_object)
     found[Z_ALONE] = run(jobs, GUIDED, network, goal_measures, with_own_z)
     return found
 
