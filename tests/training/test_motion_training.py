@@ -1,5 +1,7 @@
 """Training of MotionNet: observations of rollouts, drift, the step without host access, checkpoints and files."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -10,7 +12,14 @@ from samp_blender.samp_addon.methods.samp.rollout.rollout import Rollout
 from samp_blender.samp_addon.methods.samp.rollout.start import Start
 from samp_blender.training.composition.sequence import Sequence, save
 from samp_blender.training.samp.motion_net import merge
-from samp_blender.training.samp.motion_net.learning import compact, drift, frames, pieces, side_by_side
+from samp_blender.training.samp.motion_net.learning import (
+    compact,
+    drift,
+    frames,
+    pieces,
+    side_by_side,
+    styles,
+)
 from samp_blender.training.samp.motion_net.learning.rollouts import LATEST, Draws, Rollouts
 from samp_blender.training.samp.motion_net.learning.trainer import WINDOW, Trainer, window
 from samp_blender.training.samp.motion_net.schedule import Schedule
@@ -154,10 +163,11 @@ def test_lost_rollouts_are_restarted(data):
 
 def test_held_components_of_z_are_constant_and_others_are_drawn_every_step(data):
     made = trainer(data, held=8)
-    mean, log_variance = torch.zeros(8, 64), torch.zeros(8, 64)
+    mean, log_variance = torch.zeros(4, 64), torch.zeros(4, 64)
     first, again = (made._sample_z(mean, log_variance)[0] for _ in range(2))
     assert torch.equal(first[:, :8], again[:, :8]) and not torch.equal(first[:, 8:], again[:, 8:])
-    assert torch.equal(first[:, :8], made.rollouts.noise[:, :8])
+    assert torch.equal(first[:-1, :8], made.rollouts.styles()[:-1, :8])
+    assert not first[-1, :8].any(), "the style of a tenth of the rollouts is unknown"
     centres, heights = torch.zeros(2, 512, 3), np.zeros((22, 4)) + [1.0, 0, 0, 0]
     starts = [Start.standing(0.93, heights, np.zeros(3))] * 2
     run = Rollout(
@@ -174,9 +184,10 @@ def test_held_components_of_z_are_constant_and_others_are_drawn_every_step(data)
     assert torch.equal(run.select(torch.tensor([1])).held_z, run.held_z[1:])
 
 
-def test_held_components_are_drawn_from_codes_of_the_action(data):
+def test_held_components_are_drawn_from_styles_of_the_action(data):
     made = trainer(data, held=8)
     assert not made.net.style_codes.any()
+    made.frames = replace(data, styles=torch.randn(len(data.styles), styles.SIZE))
     made.measure_styles()
     codes = made.net.style_codes
     for action, known in ((1, True), (2, False), (3, True)):  # the set has a walk and a sit
@@ -187,6 +198,25 @@ def test_held_components_are_drawn_from_codes_of_the_action(data):
     run = Rollout(made.net.eval(), starts, *shown, torch.full((2, 1), 0.1), torch.tensor([1, 3]))
     for held, action in zip(run.held_z, (1, 3), strict=True):
         assert torch.isclose(codes[action, :, :8], held).all(-1).any()
+
+
+def test_styles_tell_people_apart_and_not_actions():
+    """Twelve walks and twelve runs of three people, who hold an elbow at different heights."""
+    lengths, person = np.full(24, 40), np.tile([0.0, 0.1, 0.2], 8)
+    actions = np.repeat([1, 2], 12)
+    parts = 0.001 * torch.randn(24, 40, state.SIZE)
+    parts[:, :, 3] += torch.as_tensor(person, dtype=torch.float32)[:, None]
+    parts[:, :, 5] += torch.as_tensor(actions, dtype=torch.float32)[:, None]
+    weights = parts[..., state.TRAJECTORY].reshape(24, 40, state.SAMPLES, 9)
+    for k, action in enumerate(actions):
+        weights[k, :, state.NOW, 4 + action] = 1.0
+    parts[..., state.TRAJECTORY] = weights.reshape(24, 40, -1)
+    found = styles.measure(parts.flatten(0, 1), lengths, actions)
+    assert found.shape == (24, styles.SIZE)
+    first = found[:, 0].numpy()
+    assert abs(np.corrcoef(first, person)[0, 1]) > 0.99
+    assert abs(np.corrcoef(first, actions)[0, 1]) < 0.1
+    assert not found[:, styles.SIZE // 2 :].any(), "no sequence rests"
 
 
 def test_a_step_reads_no_value_on_the_host(data):

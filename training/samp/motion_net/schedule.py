@@ -17,7 +17,7 @@ class Schedule:
     """Options of a training. Times are shares of the training done, 0 to 1, in steps or seconds.
 
     P of equation 5 falls from 1 at sampling_from to least_truth. prior_share: share of rollouts with z as at run time.
-    held: count of the components of z that are constant during a rollout; held_weight: of their KL divergence.
+    held: count of the components of z that are constant during a rollout, its style; at most 16.
     most_frames: length of the longest rollouts, reached between longer_from and longer_to. average: decay of the
     averaged weights per ten steps. drifts: rollouts keep their own place in the world and learn to return to the
     captured path (learning/drift.py).
@@ -33,7 +33,6 @@ class Schedule:
     sees_object: bool = True
     hidden: int = HIDDEN
     held: int = 0
-    held_weight: float = 0.3
     most_frames: int = 60
     longer_from: float = 0.3
     longer_to: float = 0.6

@@ -39,8 +39,7 @@ def arguments() -> argparse.ArgumentParser:
     add("--least-truth", type=float, default=0.3, help="P never falls below this")
     add("--kl", type=float, default=0.6, help="weight of the KL term")
     add("--prior", type=float, default=0.5, help="share of rollouts with z as at run time")
-    add("--held", type=int, default=0, help="count of the components of z that are constant during a take")
-    add("--held-kl", type=float, default=0.3, help="weight of their KL term")
+    add("--held", type=int, default=0, help="components of z that are the style of a take, 0 to 16")
     add("--longest", type=int, default=WINDOW, help="frames of the longest rollouts")
     add(
         "--no-drift",
@@ -59,7 +58,7 @@ def schedule_of(options: argparse.Namespace) -> Schedule:
     """Return the schedule for parsed options."""
     return Schedule(
         options.rate, *options.sampling, options.least_truth, options.kl, options.prior, options.network,
-        not options.no_object, options.hidden, options.held, options.held_kl, options.longest,
+        not options.no_object, options.hidden, options.held, options.longest,
         drifts=not options.no_drift,
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from .....models import state
 from .....samp_addon import skeleton
 from .....samp_addon.scene.voxels import RESOLUTION
 from .....samp_addon.vocabulary import ACTIONS, POSTURE_NAMES, POSTURES
-from . import compact, rarity
+from . import compact, rarity, styles
 from .features import Encoder
 
 SHARES = {"sit": 0.40, "lie": 0.17, "walk": 0.19, "stroll": 0.08, "run": 0.10, "idle": 0.06}
@@ -47,6 +47,7 @@ class Frames:
     choices: torch.Tensor
     postures: torch.Tensor
     actions: torch.Tensor
+    styles: torch.Tensor
     centres: torch.Tensor
     occupancy: torch.Tensor
     starts: torch.Tensor
@@ -73,10 +74,11 @@ class Frames:
         """Return horizontal distances (B,), metres, from roots (B, 3) to the goals or edges of beds of frames (B,)."""
         return (roots[:, :2] - self.goal[frames]).norm(dim=-1) - BED_HALF * self.lying_goal[frames]
 
-    def sample_frames(self, action: int, count: int) -> torch.Tensor:
-        """Return random usable frames (K,) of the sequences of an action; none where there are no such sequences."""
-        fits = torch.nonzero(self.usable & (self.actions[self.sequence] == action))[:, 0]
-        return fits[torch.randint(len(fits), (count,), device=self.device)] if len(fits) else fits
+    def sample_styles(self, action: int, count: int) -> torch.Tensor:
+        """Return the styles (K, 16) of random sequences of an action; none where there are no such sequences."""
+        fits = torch.nonzero(self.actions == action)[:, 0]
+        chosen = fits[torch.randint(len(fits), (count,), device=self.device)] if len(fits) else fits
+        return self.styles[chosen]
 
     def object_features(
         self, frames: torch.Tensor, roots: torch.Tensor, choice: torch.Tensor, shown: torch.Tensor
@@ -150,12 +152,12 @@ def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
     starts, until = _starts(raw, usable, window)
     pieces = np.column_stack([raw["pieces"], raw["more_pieces"]])
     places = np.concatenate([raw["placements"][:, None], raw["more_placements"]], 1)
-    action = tensor("goal_action", torch.int64)
+    action, actions = tensor("goal_action", torch.int64), _actions(raw["kinds"])
     on = lambda values: torch.as_tensor(values, device=device)
     return Frames(
         states, targets, encoder.roots, repeat(np.arange(len(lengths))), on(usable), action >= 3, action == 4,
         tensor("goal")[:, [0, 2]].clone(), on(pieces).long(), on(places).float(),
-        on((pieces >= 0).sum(1).clip(1)), tensor("postures"), on(_actions(raw["kinds"])),
+        on((pieces >= 0).sum(1).clip(1)), tensor("postures"), on(actions), styles.measure(states, lengths, actions),
         tensor("piece_centres"), tensor("piece_occupancy"), on(starts), on(until),
         bool(raw["goal_grid"]),
     )  # fmt: skip

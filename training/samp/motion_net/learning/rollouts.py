@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import torch
 
 from .....models import state
-from .....models.motion_net import LATENT
 from . import drift
 from .frames import Frames
 
@@ -26,10 +25,6 @@ START_DRIFT = 0.1  # metres and radians; standard deviation of the drift at the 
 FULL_DRIFT_DISTANCE = 1.5  # metres to the goal beyond which the start drift has its full size
 MAX_DRIFT = 0.6  # metres of drift beyond which a rollout is restarted; twice as many radians
 SHOWN_POSTURES = 0.75  # share of the rollouts that know the posture of the rest; the others find one
-STYLE_FRAMES = (
-    -90,
-    180,
-)  # range of the style frame, frames from the start of the rollout
 
 
 @dataclass
@@ -45,7 +40,7 @@ class Progress:
 
 @dataclass
 class Draws:
-    """Random numbers of one step: uniform (B, 8), normal (B, 67), and uniform for the start frames (B,)."""
+    """Random numbers of one step: uniform (B, 8), normal (B, 3), and uniform for the start frames (B,)."""
 
     uniform: torch.Tensor
     normal: torch.Tensor
@@ -56,7 +51,7 @@ class Draws:
         """Draw the numbers for B rollouts."""
         return cls(
             torch.rand(count, 8, device=device),
-            torch.randn(count, 3 + LATENT, device=device),
+            torch.randn(count, 3, device=device),
             torch.rand(count, device=device, dtype=torch.float64),
         )
 
@@ -67,9 +62,8 @@ class Rollouts:
     x: (B, 647) the next inputs. at: (B,) the present captured frames. clock: (B,) the frames without any delay. own:
     (B, 3) roots. age, length: (B,) frames. truth_factor: (B, 1) multiplies the probability of the truth. reach: (B, 1)
     distance to the seat, metres, within which the predicted future path is used. piece: (B,) column of the piece of
-    furniture. shown: (B,) whether the posture of the rest is known. style_frame: (B,) frames from which the held
-    components of z are encoded. noise: (B, 64) for sampling
-    these. tally: (2,) sums over the steps of the mean drift in metres and of the share of lost rollouts.
+    furniture. shown: (B,) whether the posture of the rest is known. tally: (2,) sums over the steps of the mean drift
+    in metres and of the share of lost rollouts.
     """
 
     def __init__(self, frames: Frames, count: int, window: int, drifts: bool = True) -> None:
@@ -81,7 +75,7 @@ class Rollouts:
         self.clock = self.at.float()
         self.length = torch.full_like(self.at, window)
         self.age = (draws.uniform[:, 6] * window).long()
-        self.truth_factor, self.reach, self.piece, self.shown, self.style_frame, self.noise = drawn
+        self.truth_factor, self.reach, self.piece, self.shown = drawn
         self.x = drift.observe(self._states(self.at), self.drift())
         self.tally = torch.zeros(2, device=device)
 
@@ -94,19 +88,10 @@ class Rollouts:
         aside = START_DRIFT * left * draws.normal[:, :3] * float(self.drifts)
         reach = uniform(chance[:, :1], *OWN_PATH).masked_fill(chance[:, 1:2] < ALWAYS_OWN, NEVER)
         truth_factor = uniform(chance[:, 2:3], *TRUTH_FACTOR)
-        piece, style_frame = (
-            frames.sample_pieces(first, chance[:, 3]),
-            self._draw_style_frames(first, chance[:, 4]),
-        )
+        piece = frames.sample_pieces(first, chance[:, 3])
         shown = chance[:, 7] < SHOWN_POSTURES
-        drawn = (truth_factor, reach, piece, shown, style_frame, draws.normal[:, 3:].clone())
+        drawn = (truth_factor, reach, piece, shown)
         return first, drift.displace(captured, aside), drawn
-
-    def _draw_style_frames(self, first: torch.Tensor, chance: torch.Tensor) -> torch.Tensor:
-        """Return usable frames (B,) of the same sequences near the start frames, or the start frames."""
-        other = (first + uniform(chance, *STYLE_FRAMES).long()).clamp(0, len(self.frames) - 1)
-        fits = self.frames.usable[other] & (self.frames.sequence[other] == self.frames.sequence[first])
-        return torch.where(fits, other, first)
 
     def _states(self, frames: torch.Tensor) -> torch.Tensor:
         return self.frames.states[frames].float()
@@ -124,13 +109,9 @@ class Rollouts:
         """Return the features (B, 2048 + 9) of furniture and posture in the root frames of the rollouts."""
         return self.frames.object_features(self.at, self.own, self.piece, self.shown)
 
-    def style_inputs(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return states, targets (B, 647) and object features (B, 2048 + 9) of the style frames."""
-        frames = self.frames
-        features = frames.object_features(
-            self.style_frame, frames.roots[self.style_frame], self.piece, self.shown
-        )
-        return self._states(self.style_frame), frames.targets[self.style_frame].float(), features
+    def styles(self) -> torch.Tensor:
+        """Return the styles (B, 16) of the sequences."""
+        return self.frames.styles[self.frames.sequence[self.at]]
 
     def advance(self, predicted: torch.Tensor, scale: torch.Tensor, draws: Draws) -> None:
         """Advance by one frame, from the truth or from the predictions (B, 647).
@@ -187,7 +168,7 @@ class Rollouts:
         self.clock.copy_(torch.where(restarted, first.float(), self.clock))
         self.length.copy_(torch.where(restarted, self.window + spread.long(), self.length))
         self.age.copy_(torch.where(restarted, 0, self.age))
-        present = (self.truth_factor, self.reach, self.piece, self.shown, self.style_frame, self.noise)
+        present = (self.truth_factor, self.reach, self.piece, self.shown)
         for kept, new in zip(present, drawn, strict=True):
             kept.copy_(torch.where(restarted.reshape(-1, *(1,) * (kept.dim() - 1)), new, kept))
 

@@ -9,9 +9,9 @@ from torch.nn import functional
 
 from .....models import state
 from .....models.baselines import NETWORKS
-from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT, OBJECT, POSTURE_ROWS, POSTURES
+from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT, OBJECT, POSTURE_ROWS, POSTURES, STYLES
 from ..schedule import Schedule
-from . import drift, earlier_run, styles
+from . import drift, earlier_run
 from .frames import Frames
 from .rollouts import LATEST, START_DRIFT, Draws, Rollouts
 
@@ -25,7 +25,7 @@ BLIND = 1e4  # mean and standard deviation of the object's features are multipli
 MIN_STD = 0.02  # smallest standard deviation of an input: nearly constant ones must not be amplified to noise
 EMA_EVERY = 10
 RUN_TIME_NOISE = 0.1  # standard deviation, at run time, of the components of z that are drawn every frame
-UNRELATED_SHARE = 0.1  # share of the rollouts whose held components of z are not encoded from the motion
+UNKNOWN_SHARE = 0.1  # share of the rollouts whose style is unknown: zero, the mean person's
 MAX_GRADIENT_NORM = 20.0  # the gradient is clipped to this norm
 STATISTICS = 60_000  # frames from which mean and standard deviation are computed
 WARM_UP = 4  # steps before the capture
@@ -34,8 +34,8 @@ WARM_UP = 4  # steps before the capture
 class Trainer:
     """The network, its optimiser and averaged weights, and the rollouts.
 
-    average: running average of the weights by name. sums: (4,) of pose loss, KL divergence of the components of z drawn
-    every frame, KL divergence of the held ones, and loss, since they were last read.
+    average: running average of the weights by name. sums: (3,) of pose loss, KL divergence of the components
+    of z drawn every frame, and loss, since they were last read.
     """
 
     def __init__(self, frames: Frames, schedule: Schedule, batch: int, seed: int) -> None:
@@ -57,7 +57,7 @@ class Trainer:
         self.weights = torch.ones(state.SIZE, device=self.device)
         for part, weight in LOSS_WEIGHTS:
             self.weights[part] = weight
-        self.sums = torch.zeros(4, device=self.device)
+        self.sums = torch.zeros(3, device=self.device)
         self.step_number, self.summed = 0, 0
         self.graph: torch.cuda.CUDAGraph | None = None
 
@@ -160,16 +160,9 @@ class Trainer:
             self._advance_rollouts(out.detach(), draws)
 
     def _network_inputs(self) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return normalised states and changes (B, 647) and object features (B, 2048 + 9).
-
-        If components of z are held, the batch is twice as large; its second half are the style frames.
-        """
-        rollouts = self.rollouts
+        """Return normalised states and changes (B, 647) and object features (B, 2048 + 9)."""
+        rollouts, net = self.rollouts, self.net
         x, y, features = rollouts.x, rollouts.targets(), rollouts.object_features()
-        if self.schedule.held:
-            other = rollouts.style_inputs()
-            x, y, features = (torch.cat(pair) for pair in zip((x, y, features), other, strict=True))
-        net = self.net
         return (x - net.input_mean) / net.input_std, net.change(y, x), net.normalised_object(features)
 
     def _advance_rollouts(self, out: torch.Tensor, draws: Draws) -> None:
@@ -184,37 +177,29 @@ class Trainer:
         mixed = self.device.type == "cuda"
         with torch.autocast(self.device.type, torch.bfloat16, enabled=mixed, cache_enabled=False):
             mean, log_variance = net.encode(x, y, features)
-            z, kl, held_kl = self._sample_z(mean.float(), log_variance.float())
+            z, kl = self._sample_z(mean.float(), log_variance.float())
             out = net.decoder(z, x[:count], features[:count]).float()
         error = functional.smooth_l1_loss(out, y[:count], reduction="none", beta=ROBUST) * self.weights
-        loss = error.sum(-1).mean() + schedule.kl_weight * kl + schedule.held_weight * held_kl
-        return loss, out, (error[:, state.POSE].sum(-1).mean().detach(), kl.detach(), held_kl.detach())
+        loss = error.sum(-1).mean() + schedule.kl_weight * kl
+        return loss, out, (error[:, state.POSE].sum(-1).mean().detach(), kl.detach())
 
-    def _sample_z(
-        self, mean: torch.Tensor, log_variance: torch.Tensor
-    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return z (B, 64) and the KL divergences () of the components drawn every frame and of the held ones.
+    def _sample_z(self, mean: torch.Tensor, log_variance: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return z (B, 64) and the KL divergence () of the components that are drawn every frame.
 
-        The held components come first. They are encoded from another moment of the same motion and constant during a
-        rollout, so that they contain the style of a motion and not its next frame.
+        The held components come first: the measured style of the motion (styles.py).
         """
         count, held = self.rollouts.count, self.schedule.held
         deviation, divergence = torch.exp(0.5 * log_variance), _divergence(mean, log_variance)
         prior = self._leading(count, self.schedule.prior_share)
         noise = torch.randn(count, LATENT - held, device=self.device)
-        noise = deviation[:count, held:].masked_fill(prior, RUN_TIME_NOISE) * noise
-        z = mean[:count, held:].masked_fill(prior, 0.0) + noise
-        kl = (divergence[:count, held:] * ~prior).sum(-1).mean()
+        noise = deviation[:, held:].masked_fill(prior, RUN_TIME_NOISE) * noise
+        z = mean[:, held:].masked_fill(prior, 0.0) + noise
+        kl = (divergence[:, held:] * ~prior).sum(-1).mean()
         if self.schedule.network != "motion_net":
-            return torch.zeros(count, LATENT, device=self.device), kl, torch.zeros_like(kl)
-        if not held:
-            return z, kl, torch.zeros_like(kl)
+            return torch.zeros(count, LATENT, device=self.device), kl
         # Counted from the other end than ``prior``, so that all combinations occur.
-        unrelated = self._leading(count, UNRELATED_SHARE).flip(0)
-        noise = self.rollouts.noise[:, :held] * deviation[count:, :held].masked_fill(unrelated, 1.0)
-        kept = mean[count:, :held].masked_fill(unrelated, 0.0) + noise
-        held_kl = (divergence[count:, :held] * ~unrelated).sum(-1).mean()
-        return torch.cat([kept, z], -1), kl, held_kl
+        unknown = self._leading(count, UNKNOWN_SHARE).flip(0)
+        return torch.cat([self.rollouts.styles()[:, :held].masked_fill(unknown, 0.0), z], -1), kl
 
     def _leading(self, count: int, share: float) -> torch.Tensor:
         """Return flags (B, 1) of the first rollouts, up to a share of them.
@@ -231,12 +216,15 @@ class Trainer:
         self.sums.zero_()
         self.rollouts.tally.zero_()
         self.summed = 0
-        return dict(zip(("pose", "kl", "held", "loss", "drift", "lost"), sums.tolist(), strict=True))
+        return dict(zip(("pose", "kl", "loss", "drift", "lost"), sums.tolist(), strict=True))
 
     def measure_styles(self) -> None:
-        """Store codes of real motion in the network, from which held components of z are drawn at run time."""
-        if self.schedule.held:
-            styles.store(self.net, self.average, self.frames)
+        """Store styles of captured motion in the network, from which held components of z are drawn at run time."""
+        held = self.schedule.held
+        for action in range(len(self.net.style_codes)):
+            chosen = self.frames.sample_styles(action, STYLES)
+            if held and len(chosen):
+                self.net.style_codes[action, :, :held] = chosen[:, :held]
 
     def exported(self) -> dict[str, torch.Tensor]:
         """Return the averaged decoder, the normalisation and the codes of styles, for models/weights.py."""
