@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -16,12 +16,14 @@ from ..samp_addon.methods.samp import goals
 from ..samp_addon.methods.samp.load_networks import load_motion_net
 from ..samp_addon.methods.samp.networks import Networks
 from ..samp_addon.methods.samp.rollout import generator
+from ..samp_addon.motion import Motion
 from . import furniture
-from .evaluation import reference, refined, report, sheets, stages
-from .evaluation.takes import SEATS, evaluate, held_out_seats, straight_on
+from .evaluation import corrections, reference, refined, report, sheets, stages
+from .evaluation.takes import SEATS, evaluate, held_out_seats, jobs_of, straight_on
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
 SHEETS = 20
+TABLES = ("takes", "stages", "corrections")
 
 
 def networks_of(version: str) -> tuple[str, Networks]:
@@ -61,7 +63,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default="tuning",
         help="which held-out pieces: those that choices may look at, or the third that is kept for final tables",
     )
-    parser.add_argument("--no-stages", action="store_true", help="leave out PE and RE of the earlier stages")
+    parser.add_argument(
+        "--tables",
+        nargs="+",
+        choices=TABLES,
+        default=TABLES[:2],
+        help="takes: as the artist gets them; stages: network alone, guided, finished; corrections: of finishing, each "
+        "left out in turn",
+    )
+    parser.add_argument(
+        "--network", type=Path, help="folder of other MotionNet weights than the shipped ones"
+    )
     options = parser.parse_args(arguments)
     versions = dict(networks_of(version) for version in options.versions or [])
     if options.no_planner and versions:
@@ -88,17 +100,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 action, {name: made(networks) for name, networks in versions.items()}, real
             )
         else:
-            results = made()
-            told = report.table(action, results, real, pace if action == "sit" else None)
-            if not options.no_stages:
-                told += "\n\n" + stages.table(action, stages.measure(results.jobs))
-            if options.refine:
-                pairs = zip(results.takes, results.scenes, strict=True)
-                told += "\n\n" + refined.table(action, [refined.mend(take, scene) for take, scene in pairs])
-            if options.sheets is not None:
-                sheets.draw(action, results, options.sheets, SHEETS)
+            told = "\n\n".join(_tables(action, pieces, real, pace, options))
         print(told, flush=True)
     return 0
+
+
+def _tables(
+    action: str,
+    pieces: Sequence[furniture.piece.Piece],
+    real: Sequence[Motion],
+    pace: tuple[float, float] | None,
+    options: argparse.Namespace,
+) -> Iterator[str]:
+    """Yield the tables of an action that are asked for, of one network."""
+    networks = networks_of(f"={options.network}")[1] if options.network else None
+    network = load_motion_net(options.network) if options.network else None
+    if "takes" in options.tables or options.refine or options.sheets:
+        results = evaluate(action, options.rooms, options.takes, pieces, networks)
+        yield report.table(action, results, real, pace if action == "sit" else None)
+        if options.refine:
+            pairs = zip(results.takes, results.scenes, strict=True)
+            yield refined.table(action, [refined.mend(take, scene) for take, scene in pairs])
+        if options.sheets is not None:
+            sheets.draw(action, results, options.sheets, SHEETS)
+    jobs = jobs_of(action, options.rooms, options.takes, pieces)
+    if "stages" in options.tables:
+        yield stages.table(action, stages.measure(jobs, network))
+    if "corrections" in options.tables:
+        yield corrections.table(action, corrections.measure(jobs, network))
 
 
 if __name__ == "__main__":

@@ -7,13 +7,14 @@ import pytest
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.methods.method import Draw
+from samp_blender.samp_addon.methods.samp.finishing import finish
 from samp_blender.samp_addon.methods.samp.method import Samp
 from samp_blender.samp_addon.methods.samp.request import Request
 from samp_blender.samp_addon.methods.take import Take
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.tests.support import rooms
-from samp_blender.training.evaluation import stages
+from samp_blender.training.evaluation import corrections, stages
 from samp_blender.training.evaluation.takes import view_of
 
 
@@ -92,10 +93,18 @@ def test_errors_are_those_of_the_goal_on_the_object(offset, error, monkeypatch):
     goal = Goal(np.array([1.0, 0.6, 2.0]), np.array([0.0, 0.0, 1.0]), "sit")
     take = Take(1, Motion(np.tile(goal.position + offset, (60, 1)), rotations), goal=goal)
     monkeypatch.setattr(Samp, "generate", lambda *arguments: ([take], []))
-    monkeypatch.setattr(stages, "_measures", stages._goal_measures)
+    monkeypatch.setattr(stages, "all_measures", stages.goal_measures)
     found = stages.measure([(Job(action="sit", target="Seat"), SimpleNamespace(), "piece")])
     assert found["finished"].estimate("position_error_cm").mean == pytest.approx(error, abs=1e-6)
     assert found["finished"].estimate("rotation_error_deg").mean == pytest.approx(0.0, abs=1e-4)
+
+
+def test_each_correction_is_left_out_in_turn(sit):
+    found = corrections.measure([sit])
+    assert list(found) == ["all", *(f"without {name}" for name in finish.CORRECTIONS)]
+    error = {name: stage.estimate("position_error_cm").mean for name, stage in found.items()}
+    assert error["without goal"] > error["all"] + 1
+    assert len(corrections.table("sit", found).splitlines()) == len(found) + 4
 
 
 def test_a_place_that_cannot_be_found_counts_as_failed(sit, monkeypatch):

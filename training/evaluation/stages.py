@@ -7,7 +7,7 @@ the network uses: one without its object, and one in which only z differs betwee
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -83,17 +83,20 @@ class Stage:
 
 
 def networks_of_stage(
-    stage: str, network: MotionNetwork | None = None, change: Change | None = None
+    stage: str,
+    network: MotionNetwork | None = None,
+    change: Change | None = None,
+    without: Collection[str] = (),
 ) -> Networks:
     """Return networks whose takes end at a stage, one of generator.STAGES.
 
-    network: the shipped one if left out. change: of the requests, before the rollout.
+    network: the shipped one if left out. change: of the requests, before the rollout. without: finish.CORRECTIONS.
     """
 
     def generate(
         requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
     ) -> list[Motion | SampError]:
-        return generator.generate(change(requests) if change else requests, progress, network, stage)
+        return generator.generate(change(requests) if change else requests, progress, network, stage, without)
 
     return Networks(goals.sample_goals, generate)
 
@@ -110,20 +113,26 @@ def with_own_z(requests: Sequence[Request]) -> list[Request]:
 
 def measure(jobs: Jobs, network: MotionNetwork | None = None) -> dict[str, Stage]:
     """Generate the first attempt of each take at each stage. jobs: with the piece or room that they are in."""
-    found = {stage: _run(jobs, stage, network, _measures) for stage in generator.STAGES}
-    found[HIDDEN] = _run(jobs, GUIDED, network, _goal_measures, without_object)
-    found[Z_ALONE] = _run(jobs, GUIDED, network, _goal_measures, with_own_z)
+    found = {stage: run(jobs, stage, network) for stage in generator.STAGES}
+    found[HIDDEN] = run(jobs, GUIDED, network, goal_measures, without_object)
+    found[Z_ALONE] = run(jobs, GUIDED, network, goal_measures, with_own_z)
     return found
 
 
-def _run(
+def run(
     jobs: Jobs,
     stage: str,
-    network: MotionNetwork | None,
-    measures: Callable[[Take, SceneView], dict],
+    network: MotionNetwork | None = None,
+    measures: Callable[[Take, SceneView], dict] | None = None,
     change: Change | None = None,
+    without: Collection[str] = (),
 ) -> Stage:
-    method = Samp(networks_of_stage(stage, network, change))
+    """Generate and measure the first attempt of each take at a stage; arguments as networks_of_stage.
+
+    measures: of a take; all_measures if left out.
+    """
+    measures = measures or all_measures
+    method = Samp(networks_of_stage(stage, network, change, without))
     out = Stage()
     for number, (job, view, cluster) in enumerate(jobs):
         draws = [Draw(seed, seed) for seed in job.seeds]
@@ -138,11 +147,13 @@ def _run(
     return out
 
 
-def _goal_measures(take: Take, view: SceneView) -> dict:
+def goal_measures(take: Take, view: SceneView) -> dict:
+    """Return the measures of a take that only need its goal."""
     return metrics.goal_measures(take.motion, take.goal)
 
 
-def _measures(take: Take, view: SceneView) -> dict:
+def all_measures(take: Take, view: SceneView) -> dict:
+    """Return all measures of a take in its scene."""
     motion = take.motion
     obstacles = Obstacles(view.geometry.triangles)
     numbers = metrics.measure(motion, take.goal, obstacles, take.floor) | posture.measures(motion)

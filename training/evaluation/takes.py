@@ -121,11 +121,8 @@ def evaluate(
     tell: Callable[[str], None] = lambda line: print(line, file=sys.stderr, flush=True),
 ) -> Results:
     """Takes of one action in `count` rooms. tell: is told of what cannot be made."""
-    results = Results()
-    for seed in range(count):
-        job, view = _job(action, seed, takes, pieces)
-        cluster = pieces[seed % len(pieces)].name if pieces else f"room {seed}"
-        results.jobs.append((job, view, cluster))
+    results = Results(jobs=jobs_of(action, count, takes, pieces))
+    for seed, (job, view, cluster) in enumerate(results.jobs):
         try:
             made, failures = driver.run(Work(job, [view]), tools=networks and toolbox(networks))
         except SampError as error:
@@ -149,6 +146,14 @@ def evaluate(
         if len(made) > 1:
             results.alike.append([take.motion for take in made])
     return results
+
+
+def jobs_of(
+    action: str, count: int, takes: int, pieces: Sequence[furniture.piece.Piece]
+) -> list[tuple[Job, SceneView, str]]:
+    """Return the jobs of an action in ``count`` rooms, the rooms, and the piece or room of each as a name."""
+    names = [pieces[seed % len(pieces)].name if pieces else f"room {seed}" for seed in range(count)]
+    return [(*_job(action, seed, takes, pieces), name) for seed, name in enumerate(names)]
 
 
 def _job(action: str, seed: int, takes: int, pieces: Sequence) -> tuple[Job, SceneView]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,9 @@ MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; le
 PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
 BUSY = 0.5  # weight of the action above which the character is sitting or lying
 
+CORRECTIONS = ("smoothing", "goal", "stand_off", "shins", "raised_back", "limbs", "narrow_way", "feet")
+"""Names of the corrections, in their order, so that an evaluation can leave out one at a time."""
+
 
 def interaction_start(motion: Motion, action: str) -> int | None:
     """Return the first frame of the last run in which the action has more than half the weight; None for walking."""
@@ -43,34 +47,54 @@ def finish(
     top: RestingTop | None = None,
     ground: Ground | None = None,
     free: FreeFloor | None = None,
+    without: Collection[str] = (),
 ) -> Motion:
     """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
     travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
     final place of the pelvis. top: of the object that the body rests on. ground: under the feet. free: floor of a
-    narrow way.
+    narrow way. without: CORRECTIONS that are left out.
     """
-    motion = replace(smoothed(motion), interaction_start=interaction_start(motion, action))
-    motion = settle_on_goal(motion, route.goals[-1], action)
-    if front is not None and motion.interaction_start is not None:
-        motion = sit_back(motion, route.goals[-1], front)
-    if top is not None and motion.interaction_start is not None:
-        if top.back:
-            motion = raise_trunk(motion, route.goals[-1], top.back)
-        motion = top.cleared(motion, route.goals[-1])
-    seated = 0.0 if motion.interaction_start is None else _lift_weight(motion)
-    motion = keep_on(motion, free, np.ones(len(motion)) - seated)
-    motion = lock_feet(motion)
+    wanted = frozenset(CORRECTIONS) - frozenset(without)
+    goal = route.goals[-1]
+    start = interaction_start(motion, action)
+    motion = replace(smoothed(motion) if "smoothing" in wanted else motion, interaction_start=start)
+    if "goal" in wanted:
+        motion = settle_on_goal(motion, goal, action)
+    if start is not None:
+        motion = _on_object(motion, goal, front, top, wanted)
+    if "narrow_way" in wanted:
+        seated = 0.0 if start is None else _lift_weight(motion)
+        motion = keep_on(motion, free, np.ones(len(motion)) - seated)
+    if "feet" in wanted:
+        motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
     motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
     return follow(motion, heights, ground)
 
 
+def _on_object(
+    motion: Motion, goal: np.ndarray, front: SeatFront | None, top: RestingTop | None, wanted: Collection[str]
+) -> Motion:
+    """Return the motion with the corrections that the object asks for. goal: row of Route.goals."""
+    if front is not None:
+        seated = np.concatenate([goal[:3] - front.stand_off * goal[3:6], goal[3:]])
+        if "stand_off" in wanted:
+            motion = sit_back(motion, goal, front)
+        if "shins" in wanted:
+            motion = front.clear_shins(motion, seated)
+    if top is not None:
+        if top.back and "raised_back" in wanted:
+            motion = raise_trunk(motion, goal, top.back)
+        if "limbs" in wanted:
+            motion = top.cleared(motion, goal)
+    return motion
+
+
 def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:
-    """Move the pelvis back by the seat's stand-off while it sinks, and the shins in front of the seat."""
+    """Move the pelvis back by the seat's stand-off while it sinks. goal: row of Route.goals."""
     back = -front.stand_off * goal[3:6]
-    motion = replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
-    return front.clear_shins(motion, np.concatenate([goal[:3] + back, goal[3:]]))
+    return replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
 
 
 def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -35,18 +35,21 @@ def generate(
     progress: Callable[[float], None] = lambda share: None,
     network: MotionNetwork | None = None,
     stage: str = FINISHED,
+    without: Collection[str] = (),
 ) -> list[Motion | SampError]:
     """Generate one take for each request, all as one batch. Return the Motion, or the error that prevented it.
 
     progress: called with the share done, from 0 to 1, and shown the first take as it grows (progress.py); an exception
     that it raises stops the work. network: as returned by load_motion_net; the shipped one if omitted. stage: one of
-    STAGES; the earlier ones, for evaluation, also return takes that got stuck.
+    STAGES; the earlier ones, for evaluation, also return takes that got stuck. without: finish.CORRECTIONS left out.
     """
     results: list[Motion | SampError] = [_refusal(request) for request in requests]
     valid = [k for k, refusal in enumerate(results) if refusal is None]
     for k, result in zip(
         valid,
-        _run([requests[k] for k in valid], progress, network or load_motion_net(), stage) if valid else [],
+        _run([requests[k] for k in valid], progress, network or load_motion_net(), stage, without)
+        if valid
+        else [],
         strict=True,
     ):
         results[k] = result
@@ -61,7 +64,11 @@ def _refusal(request: Request) -> SampError | None:
 
 
 def _run(
-    requests: Sequence[Request], progress: Callable[[float], None], network: MotionNetwork, stage: str
+    requests: Sequence[Request],
+    progress: Callable[[float], None],
+    network: MotionNetwork,
+    stage: str,
+    without: Collection[str],
 ) -> list[Motion | SampError]:
     """Roll out the batch, frame by frame, until every take is done or stuck."""
     import torch
@@ -91,7 +98,7 @@ def _run(
             frame += 1
     if stage != FINISHED:
         return [_raw(take, record.of(k)) for k, take in enumerate(takes)]
-    return [_finished(take, record.of(k), done[k]) for k, take in enumerate(takes)]
+    return [_finished(take, record.of(k), done[k], without) for k, take in enumerate(takes)]
 
 
 def _preview(take: PlannedTake, frame: Frame) -> Motion:
@@ -122,7 +129,9 @@ def _motion(recorded: dict[str, np.ndarray]) -> Motion:
     )
 
 
-def _finished(take: PlannedTake, recorded: dict[str, np.ndarray], done: bool) -> Motion | SampError:
+def _finished(
+    take: PlannedTake, recorded: dict[str, np.ndarray], done: bool, without: Collection[str]
+) -> Motion | SampError:
     """Return the finished Motion of a take, or why there is none. recorded: see Record.of."""
     if not done:
         left = np.linalg.norm((recorded["pelvis"][-1] - np.asarray(take.request.goal.position))[[0, 2]])
@@ -140,4 +149,5 @@ def _finished(take: PlannedTake, recorded: dict[str, np.ndarray], done: bool) ->
         take.top,
         request.ground,
         request.free,
+        without,
     )
