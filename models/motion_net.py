@@ -15,6 +15,7 @@ EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
 POSTURES = 9  # inputs after the object's features that describe the posture of the rest at the end of a take
+STYLES = 128  # codes of captured motion stored for each action, from which the held components of z are drawn
 POSTURE_ROWS = 32  # combinations of postures stored with their shares in the training data
 # Width of the prediction network. The paper uses 512; with this amount of data, half of it is as accurate in half the
 # time.
@@ -129,6 +130,9 @@ class MotionNet(nn.Module):
         self.postures = postures
         # Number of leading components of z that are drawn once for a whole take; the others are drawn every frame.
         self.register_buffer("held", torch.zeros((), dtype=torch.int64))
+        # Held components of z of captured motion, first in each row, for each action; zero if they are drawn from
+        # N(0, 1).
+        self.register_buffer("style_codes", torch.zeros(state.ACTIONS, STYLES, LATENT))
         # Whether goals are at the resting pelvis, with the object's grid centred on them. Otherwise, goals on deep
         # seats are in front of the body, and the grid covers the whole object.
         self.register_buffer("goal_grid", torch.zeros((), dtype=torch.int64))

@@ -84,9 +84,11 @@ def test_a_replaced_file_is_loaded_again(tmp_path, network, make, load):
 def test_no_part_of_the_shipped_motion_net_is_random():
     net = load_motion_net().net
     stored = weights.load_weights("motion_net")
-    assert {name for name in stored if not name.startswith("start_")} | {"held", "goal_grid"} == set(
-        net.state_dict()
-    )
+    assert {name for name in stored if not name.startswith("start_")} | {
+        "held",
+        "goal_grid",
+        "style_codes",
+    } == set(net.state_dict())
     with pytest.raises(AttributeError):
         net.encode(torch.zeros(1, 647), torch.zeros(1, 647), torch.zeros(1, 2048))
 

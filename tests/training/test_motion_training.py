@@ -160,10 +160,33 @@ def test_held_components_of_z_are_constant_and_others_are_drawn_every_step(data)
     assert torch.equal(first[:, :8], made.rollouts.noise[:, :8])
     centres, heights = torch.zeros(2, 512, 3), np.zeros((22, 4)) + [1.0, 0, 0, 0]
     starts = [Start.standing(0.93, heights, np.zeros(3))] * 2
-    run = Rollout(made.net.eval(), starts, centres, torch.zeros(2, 512), [1, 2], torch.full((2, 1), 0.1))
+    run = Rollout(
+        made.net.eval(),
+        starts,
+        centres,
+        torch.zeros(2, 512),
+        [1, 2],
+        torch.full((2, 1), 0.1),
+        torch.tensor([3, 4]),
+    )
     run.set_goals(torch.zeros(2, 11))
     assert run.held_z.shape == (2, 8)
     assert torch.equal(run.select(torch.tensor([1])).held_z, run.held_z[1:])
+
+
+def test_held_components_are_drawn_from_codes_of_the_action(data):
+    made = trainer(data, held=8)
+    assert not made.net.style_codes.any()
+    made.measure_styles()
+    codes = made.net.style_codes
+    for action, known in ((1, True), (2, False), (3, True)):  # the set has a walk and a sit
+        assert bool(codes[action].any()) == known
+    assert not codes[..., 8:].any()
+    starts = [Start.standing(0.93, np.zeros((22, 4)) + [1.0, 0, 0, 0], np.zeros(3))] * 2
+    shown = (torch.zeros(2, 512, 3), torch.zeros(2, 512), [1, 2])
+    run = Rollout(made.net.eval(), starts, *shown, torch.full((2, 1), 0.1), torch.tensor([1, 3]))
+    for held, action in zip(run.held_z, (1, 3), strict=True):
+        assert torch.isclose(codes[action, :, :8], held).all(-1).any()
 
 
 def test_a_step_reads_no_value_on_the_host(data):

@@ -115,7 +115,7 @@ def with_own_z(requests: Sequence[Request]) -> list[Request]:
 def measure(jobs: Jobs, network: MotionNetwork | None = None) -> dict[str, Stage]:
     """Generate and measure the first attempt of each take at each stage. jobs: with the name of the piece or room."""
     found = {stage: run(jobs, stage, network) for stage in generator.STAGES}
-    found[HIDDEN] = run(jobs, GUIDED, network, goal_measures, without_object)
+    found[HIDDEN] = run(jobs, GUIDED, network, change=without_object)
     found[Z_ALONE] = run(jobs, GUIDED, network, goal_measures, with_own_z)
     return found
 

@@ -74,8 +74,8 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
             raise weights.missing_tensor(error.args[0], path) from error
         net.drop_encoder()
         # Weights of earlier trainings may lack these.
-        tensors.setdefault("held", torch.zeros_like(net.held))
-        tensors.setdefault("goal_grid", torch.zeros_like(net.goal_grid))
+        for name in ("held", "goal_grid", "style_codes"):
+            tensors.setdefault(name, torch.zeros_like(getattr(net, name)))
         weights.fill(net, tensors, path)
         return MotionNetwork(net.eval(), start_heights.float(), start_rotations.float())
 

@@ -11,7 +11,7 @@ import numpy as np
 from .... import frames
 from ....scene.geometry import sample_surface
 from ....scene.voxels import InteractionGrid
-from ....vocabulary import POSTURE_NAMES, SEATED
+from ....vocabulary import ACTIONS, POSTURE_NAMES, SEATED
 from .. import postures
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
@@ -76,6 +76,7 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
     return Rollout(
         net, starts, tensor(centres), tensor(occupancy),
         [_latent_seed(take.request) for take in takes], tensor([[take.request.style] for take in takes]),
+        torch.as_tensor([ACTIONS.index(take.request.action) for take in takes]),
         tensor([postures.numbers(_posture(take.request, net)) for take in takes]),
     )  # fmt: skip
 

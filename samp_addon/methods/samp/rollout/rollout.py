@@ -66,11 +66,12 @@ class Rollout:
         occupancy: torch.Tensor,
         seeds: list[int],
         style: torch.Tensor,
+        actions: torch.Tensor,
         postures: torch.Tensor | None = None,
     ) -> None:
         """centres: (B, 512, 3), world, and occupancy: (B, 512) of the objects. style: (B, 1) deviation of z.
 
-        postures: (B, 9) of the rests, for networks that know them.
+        actions: (B,) indices of the takes' actions. postures: (B, 9) of the rests, for networks that know them.
         """
         self.net, self.style = net, style
         self.postures = (
@@ -78,7 +79,7 @@ class Rollout:
         )
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
-        self.held_z = self._noise(int(net.held)) * style / FRAME_NOISE
+        self.held_z = self._draw_held(actions) * style / FRAME_NOISE
         rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
         stacked = lambda name: torch.stack([getattr(start, name) for start in starts])
@@ -145,6 +146,14 @@ class Rollout:
         y = self.net.step(x, self._object(), z)
         self._advance(y, guide)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
+
+    def _draw_held(self, actions: torch.Tensor) -> torch.Tensor:
+        """Return the held components of z (B, held): codes of real motion of the actions (B,), or N(0, 1) without."""
+        held, codes = int(self.net.held), self.net.style_codes
+        if not bool(codes.any()):
+            return self._noise(held)
+        rows = [int(torch.randint(codes.shape[1], (), generator=g)) for g in self.generators]
+        return codes[actions, torch.tensor(rows), :held]
 
     def _noise(self, count: int) -> torch.Tensor:
         """Return normal random numbers (B, count), drawn from the generator of each take."""

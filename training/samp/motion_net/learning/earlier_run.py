@@ -9,7 +9,7 @@ import torch
 from .....models import weights
 from .....models.motion_net import MotionNet
 
-OWN = ("posture_", "goal_grid")  # names of buffers that come from the new training data
+OWN = ("posture_", "goal_grid", "style_codes")  # names of buffers that come from the new training data
 OBJECT = (
     "object_",
     "interaction_encoder.",

@@ -11,7 +11,7 @@ import torch
 from .....models import state
 from .....samp_addon import skeleton
 from .....samp_addon.scene.voxels import RESOLUTION
-from .....samp_addon.vocabulary import POSTURE_NAMES, POSTURES
+from .....samp_addon.vocabulary import ACTIONS, POSTURE_NAMES, POSTURES
 from . import compact, rarity
 from .features import Encoder
 
@@ -46,6 +46,7 @@ class Frames:
     placements: torch.Tensor
     choices: torch.Tensor
     postures: torch.Tensor
+    actions: torch.Tensor
     centres: torch.Tensor
     occupancy: torch.Tensor
     starts: torch.Tensor
@@ -71,6 +72,11 @@ class Frames:
     def goal_distance(self, frames: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
         """Return horizontal distances (B,), metres, from roots (B, 3) to the goals or edges of beds of frames (B,)."""
         return (roots[:, :2] - self.goal[frames]).norm(dim=-1) - BED_HALF * self.lying_goal[frames]
+
+    def sample_frames(self, action: int, count: int) -> torch.Tensor:
+        """Return random usable frames (K,) of the sequences of an action; none where there are no such sequences."""
+        fits = torch.nonzero(self.usable & (self.actions[self.sequence] == action))[:, 0]
+        return fits[torch.randint(len(fits), (count,), device=self.device)] if len(fits) else fits
 
     def object_features(
         self, frames: torch.Tensor, roots: torch.Tensor, choice: torch.Tensor, shown: torch.Tensor
@@ -149,10 +155,15 @@ def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
     return Frames(
         states, targets, encoder.roots, repeat(np.arange(len(lengths))), on(usable), action >= 3, action == 4,
         tensor("goal")[:, [0, 2]].clone(), on(pieces).long(), on(places).float(),
-        on((pieces >= 0).sum(1).clip(1)), tensor("postures"),
+        on((pieces >= 0).sum(1).clip(1)), tensor("postures"), on(_actions(raw["kinds"])),
         tensor("piece_centres"), tensor("piece_occupancy"), on(starts), on(until),
         bool(raw["goal_grid"]),
     )  # fmt: skip
+
+
+def _actions(kinds: np.ndarray) -> np.ndarray:
+    """Return the indices (S,) of the actions of sequences of kinds (S,); strolls are walks."""
+    return np.array([ACTIONS.index({"stroll": "walk"}.get(str(kind), str(kind))) for kind in kinds])
 
 
 def with_defaults(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -11,7 +11,7 @@ from .....models import state
 from .....models.baselines import NETWORKS
 from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT, OBJECT, POSTURE_ROWS, POSTURES
 from ..schedule import Schedule
-from . import drift, earlier_run
+from . import drift, earlier_run, styles
 from .frames import Frames
 from .rollouts import LATEST, START_DRIFT, Draws, Rollouts
 
@@ -233,8 +233,14 @@ class Trainer:
         self.summed = 0
         return dict(zip(("pose", "kl", "held", "loss", "drift", "lost"), sums.tolist(), strict=True))
 
+    def measure_styles(self) -> None:
+        """Store codes of real motion in the network, from which held components of z are drawn at run time."""
+        if self.schedule.held:
+            styles.store(self.net, self.average, self.frames)
+
     def exported(self) -> dict[str, torch.Tensor]:
-        """Return the averaged decoder and the normalisation, for models/weights.py."""
+        """Return the averaged decoder, the normalisation and the codes of styles, for models/weights.py."""
+        self.measure_styles()
         buffers = {k: v for k, v in self.net.state_dict().items() if k not in self.average}
         return buffers | {k: v for k, v in self.average.items() if k.startswith("decoder.")}
 
@@ -254,6 +260,7 @@ class Trainer:
 
     def save(self, path: Path) -> None:
         """Write a checkpoint; to another file first, so that a killed process leaves no incomplete one."""
+        self.measure_styles()
         body = {"net": self.net.state_dict(), "optimiser": self.optimiser.state_dict(), "average": self.average,
                 "step": self.step_number}  # fmt: skip
         torch.save(body, path.with_suffix(".part"))
@@ -267,7 +274,8 @@ class Trainer:
     def resume(self, path: Path) -> None:
         """Continue from a checkpoint."""
         body = torch.load(path, map_location=self.device, weights_only=True)
-        self.net.load_state_dict(body["net"])
+        # Checkpoints of earlier versions have no codes of styles.
+        self.net.load_state_dict({"style_codes": self.net.style_codes} | body["net"])
         self.optimiser.load_state_dict(body["optimiser"])
         self.average, self.step_number = body["average"], body["step"]
 
