@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import flat, seating, shapes
+from . import flat, office_chair, seating, shapes
 from .piece import Piece
 
 _BUILDERS = {
@@ -17,7 +17,7 @@ _BUILDERS = {
     "bench": seating.bench,
     "sofa": seating.sofa,
     "l_sofa": seating.l_sofa,
-    "office_chair": seating.office_chair,
+    "office_chair": office_chair.office_chair,
     "pouf": seating.pouf,
     "bed": flat.bed,
     "table": flat.table,
