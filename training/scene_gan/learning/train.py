@@ -29,6 +29,7 @@ SAVING = {"cpu": 3.0, "cuda": 12.0}  # seconds reserved for the last save
 
 
 def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("--data", type=Path, required=True, help="folder of one split, see data/make.py")
     made.add_argument("--work", type=Path, required=True)
