@@ -1,4 +1,4 @@
-"""Measures of takes computed in other, slower ways than the program's, to compare with. Network frame, metres.
+"""Independent, slower computations of the measures of takes, for comparison. Network frame, metres.
 
 Support by vertical rays through all triangles near the body; depth by winding numbers and distances over all triangles
 of body and scene. Nothing of samp_addon/evaluation is used.
@@ -18,18 +18,18 @@ from ..samp_addon.skeleton import INDEX
 
 BENT, UNDER, NEAR = 50.0, 0.06, 0.03
 INSIDE = 0.05
-"""Metres over the skin from which rays start: a surface inside the body carries it."""
+"""Height over the skin at which rays start, metres, since a surface inside the body supports it as well."""
 
 SPACING = 0.01
 MOVING = 0.2
-"""Seconds at both ends of a seated run in which the pelvis may move."""
+"""Seconds at both ends of a seated run in which motion of the pelvis is allowed."""
 
 RUNNING = 1.8
 RATE = 15.0
-"""Frames per second that are looked at."""
+"""Frames per second that are measured."""
 
 CLOSE = 0.17
-"""Metres from the nearest vertex beyond which no point is inside a body."""
+"""Distance from the nearest vertex beyond which no point is inside a body, metres."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Found:
 
 
 def support(motion: Motion, triangles: np.ndarray, floor: float) -> Found:
-    """Measure the support of a take's body in a scene (F, 3, 3) over a floor of some height."""
+    """Measure the support of a take's body in a scene (F, 3, 3). floor: its height, metres."""
     step = max(1, round(motion.fps / RATE))
     rows = np.arange(0, len(motion), step)
     part, rate = motion.pose_slice(rows), motion.fps / step
@@ -70,8 +70,11 @@ def support(motion: Motion, triangles: np.ndarray, floor: float) -> Found:
 
 
 def depth(vertices: np.ndarray, triangles: np.ndarray, floor: float | None = None) -> float:
-    """Return how deep surfaces (F, 3, 3) are inside a body with vertices (V, 3): of points SPACING apart, outside of
-    the floor, those whose winding number is not 0, to the nearest of all the skin's triangles."""
+    """Return the depth, metres, of surfaces (F, 3, 3) inside a body with vertices (V, 3).
+
+    It is measured at points SPACING apart and above the floor whose winding number is not 0, to the nearest of all the
+    skin's triangles.
+    """
     skin = vertices[_faces()]
     low, high = vertices.min(0), vertices.max(0)
     near = triangles[(triangles.max(1) >= low).all(1) & (triangles.min(1) <= high).all(1)]
@@ -102,7 +105,7 @@ def _touches(vertices: np.ndarray, triangles: np.ndarray, low: np.ndarray, high:
 
 
 def _over(points: np.ndarray, triangles: np.ndarray) -> bool:
-    """Whether a ray down from one of points (N, 3) hits a triangle (F, 3, 3) not farther than UNDER below it."""
+    """Return whether a triangle (F, 3, 3) is vertically within UNDER below one of the points (N, 3)."""
     a, b, c = (triangles[:, k][:, [0, 2]] for k in range(3))
     size = _cross2(b - a, c - a)
     level = np.abs(size) > 1e-12
@@ -135,7 +138,7 @@ def _knees(motion: Motion) -> np.ndarray:
 
 
 def _carrying(body: human.Human) -> np.ndarray:
-    """Return flags (V,) of the back of pelvis and thighs."""
+    """Flag vertices (V,) on the back of pelvis and thighs."""
     main = body.weight_joints[np.arange(len(body.vertices)), body.weights.argmax(1)]
     behind = body.vertices[:, 2] < body.joints[main][:, 2]
     return behind & np.isin(main, [INDEX[name] for name in ("pelvis", "left_hip", "right_hip")])
@@ -150,7 +153,7 @@ def _longest(flags: np.ndarray) -> int:
 
 
 def _faces() -> np.ndarray:
-    """Return the triangles (F, 3) of the skin, eyes and teeth too: they are inside of it."""
+    """Return the triangles (F, 3) of the skin, including eyes and teeth, which are inside."""
     quads = human.load().faces
     return np.concatenate([quads[:, :3], quads[quads[:, 2] != quads[:, 3]][:, [0, 2, 3]]])
 

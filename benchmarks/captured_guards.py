@@ -1,10 +1,10 @@
-"""The guarded measures on captured sits, from which their limits were chosen.
+"""Guarded measures of captured sits, from which their limits were chosen.
 
 python -m samp_blender.benchmarks.captured_guards --mocap FOLDER
 
-FOLDER holds the sets of training clips. Nothing of the furniture was captured: under each sit stands a block of 44 cm
-whose top is where the lowest skin of the buttocks is during the hold. The exit status is 1 where more than one in
-fifteen sits breaks a limit.
+FOLDER contains the sets of training clips. Since furniture is not captured, a block of 44 cm is placed under each sit,
+with its top at the lowest skin of the buttocks during the hold. The exit status is 1 where more than one in fifteen
+sits exceeds a limit.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from ..training.mocap.events import SitEvent, sit_events
 
 SETS = ("smplx30", "rocketbox30")
 HALF = 0.22
-"""Metres: half the side of the block."""
+"""Half the side of the block, metres."""
 
 SHORTEST = 8
-"""Frames of a hold, below which a sit is left out."""
+"""Frames of the shortest hold; sits with shorter ones are left out."""
 
 LOOKED_AT = 24
-"""Frames of the hold in which the lowest skin is looked for."""
+"""Number of frames of the hold in which the lowest skin is measured."""
 
 ALLOWED = 1 / 15
 
 
 def block(event: SitEvent, height: float) -> np.ndarray:
-    """Return the triangles (F, 3, 3) of a block of a height under a sit."""
+    """Return the triangles (F, 3, 3) of a block under a sit. height: metres."""
     corners = box((-HALF, 0.0, -HALF), (HALF, height, HALF))
     return rotation.rotate(rotation.about_y(np.array(event.yaw)), corners) + event.pelvis * [1.0, 0.0, 1.0]
 

@@ -1,8 +1,8 @@
-"""Casts: people at a table, two through one door against each other, eight in one batch against one.
+"""Benchmark of casts: four characters at a table, two in opposite directions through a door, eight in one batch.
 
 python -m samp_blender.benchmarks.cast --rooms 50 --seeds 50 --output cast.json
 
-Bodies are compared by their skins: vertices of one inside the other, in each frame in which their balls are near.
+Overlaps are measured by the skins: vertices of one body inside the other, in each frame in which their balls are near.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ..samp_addon.scene.geometry import SceneGeometry
 
 OVERLAP, SEATED_WITHIN = 0.02, 0.2
 NEAR = 0.06
-"""Metres between balls below which the skins are compared."""
+"""Distance between balls below which the skins are compared, metres."""
 DOOR = 0.8
 
 
@@ -44,7 +44,7 @@ def box(low: Sequence[float], high: Sequence[float]) -> np.ndarray:
 
 
 def chair(at: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
-    """Return the triangles of a chair that faces a yaw."""
+    """Return the triangles (F, 3, 3) of a random chair at a position (3,), facing yaw, radians."""
     w, d, h = rng.uniform(0.42, 0.5), rng.uniform(0.42, 0.48), rng.uniform(0.43, 0.47)
     parts = [box((-w / 2, h - 0.05, -d / 2), (w / 2, h, d / 2))]
     parts.append(box((-w / 2, h, -d / 2), (w / 2, h + 0.45, -d / 2 + 0.04)))
@@ -59,7 +59,7 @@ def chair(at: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def dining_room(seed: int) -> tuple[SceneGeometry, list[str]]:
-    """Return a room with a table and four chairs pulled out a little, two on each side or one on each."""
+    """Return a room with a table and four slightly pulled out chairs, two on each long side or one on each side."""
     rng = np.random.default_rng(seed)
     long, wide = rng.uniform(1.3, 1.8), rng.uniform(0.75, 0.95)
     pieces = [("Floor", box((-4, -0.1, -4), (4, 0, 4)))]
@@ -67,7 +67,7 @@ def dining_room(seed: int) -> tuple[SceneGeometry, list[str]]:
     for x in (-long / 2, long / 2 - 0.06):
         top += [box((x, 0, z), (x + 0.06, 0.70, z + 0.06)) for z in (-wide / 2, wide / 2 - 0.06)]
     pieces.append(("Table", np.concatenate(top)))
-    pulled = rng.uniform(0.3, 0.5)  # a tucked-in chair leaves no room for a body
+    pulled = rng.uniform(0.3, 0.5)  # a chair pushed under the table has no space for a body
     if rng.random() < 0.5:
         spots = [
             (s * long / 4, t * (wide / 2 + pulled), 0 if t < 0 else np.pi) for s in (-1, 1) for t in (-1, 1)
@@ -81,7 +81,7 @@ def dining_room(seed: int) -> tuple[SceneGeometry, list[str]]:
 
 
 def table(seed: int) -> dict:
-    """Return the measures of four people at a table."""
+    """Return the measures of four characters at a table."""
     scene, chairs = dining_room(seed)
     rng = np.random.default_rng(seed + 1)
     views = tuple((SceneView(scene, scene.triangles_of([name]), (name,)),) for name in chairs)
@@ -104,7 +104,7 @@ def table(seed: int) -> dict:
 
 
 def door(seed: int) -> dict:
-    """Return the measures of two people who walk through one door against each other."""
+    """Return the measures of two characters that walk through one door in opposite directions."""
     rng = np.random.default_rng(seed)
     gap = DOOR / 2
     walls = [box((-3, 0, -0.06), (-gap, 2.5, 0.06)), box((gap, 0, -0.06), (3, 2.5, 0.06))]
@@ -132,7 +132,7 @@ def door(seed: int) -> dict:
 
 
 def batch(count: int, seed: int) -> float:
-    """Return the seconds in which so many people walk across a hall, side by side."""
+    """Return the seconds to generate ``count`` characters that walk across a hall in parallel."""
     scene = SceneGeometry.from_objects([("Floor", box((-8, -0.1, -3), (8, 0, 3)))])
     roles = []
     for number in range(count):
@@ -146,7 +146,7 @@ def batch(count: int, seed: int) -> float:
 
 
 def measures(take: CastTake) -> dict:
-    """Return how deep bodies are in each other by their skins, and in which share of the frames beyond OVERLAP."""
+    """Return the largest mutual penetration of the skins, and the number of frames beyond OVERLAP."""
     motions, body = {k: made.motion for k, made in take.takes.items()}, human.load()
     frames = max((len(motion) for motion in motions.values()), default=1)
     deepest, met = 0.0, np.zeros(frames, dtype=bool)
@@ -164,12 +164,12 @@ def measures(take: CastTake) -> dict:
         "deepest_cm": round(100 * deepest, 2),
         "frames": frames,
         "overlapping": int(met.sum()),
-        "told": any("is up to" in remark for made in take.takes.values() for remark in made.remarks),
+        "warned": any("is up to" in remark for made in take.takes.values() for remark in made.remarks),
     }
 
 
 def skins(a: Motion, b: Motion, frame: int) -> float:
-    """Return how deep two bodies are in each other in a frame, metres: vertices of one behind the other's skin."""
+    """Return the mutual penetration, metres, of two bodies in a frame: vertices of one behind the other's skin."""
     body, deepest = human.load(), 0.0
     points = [_skin(body, motion, frame) for motion in (a, b)]
     for one, two in ((0, 1), (1, 0)):
@@ -209,11 +209,13 @@ def _timed(work: CastWork) -> tuple[CastTake, float]:
 
 
 def main() -> None:
-    """Run the benchmark and write what it finds."""
+    """Run the benchmark and write its results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rooms", type=int, default=3)
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--batch", type=int, default=8, help="people in one batch; 0 leaves it out")
+    parser.add_argument(
+        "--batch", type=int, default=8, help="characters in one batch; 0 omits the measurement"
+    )
     parser.add_argument("--output", type=Path)
     options = parser.parse_args()
     found: dict = {"table": [], "door": []}
@@ -229,7 +231,7 @@ def main() -> None:
                 f"{name}: {over} of {frames} frames overlap by more than {100 * OVERLAP:.0f} cm", flush=True
             )
     if options.batch:
-        batch(1, 0)  # what is loaded and cached once is no part of the comparison
+        batch(1, 0)  # warm up, so that loading and caching are not compared
         found["batch"] = {"one": batch(1, 1), "count": options.batch, "all": batch(options.batch, 1)}
         print("batch", json.dumps(found["batch"]), flush=True)
     _write(options.output, found)

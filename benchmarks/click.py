@@ -40,7 +40,7 @@ def bake_seconds(runs: int = 5) -> float:
 def click_seconds() -> tuple[list[tuple[float, dict]], float, list[dict]]:
     """Time clicks of Sit Here.
 
-    Returns the wall-clock seconds and the report entry of each click, the first of which includes all loading, and the
+    Return the wall-clock seconds and the report entry of each click, the first of which includes all loading, and the
     seconds and the report entries of one click for MANY takes.
     """
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "demo"))

@@ -1,10 +1,10 @@
-"""The same lines of a jobs file by one process, two parts at a time, Open Job Description and Dask.
+"""Compare ways to bake a jobs file: one process, two parts at once, Open Job Description and Dask.
 
 python -m samp_blender.benchmarks.farm --lines 40
 python -m samp_blender.benchmarks.farm --lines 500 --ways dask --workers 4 --kill-every 30
 
-Prints for each way the time, whether its takes are those of the first way bit for bit, and for Dask what the deaths of
-workers cost. The exit status is 1 where takes differ or are missing.
+Prints for each way the time, whether its takes are bit for bit equal to the first way's, and for Dask the cost of
+killed workers. The exit status is 1 where takes differ or are missing.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ PAGE = 4096  # bytes
 
 @dataclass(frozen=True)
 class Setting:
-    """What all ways have in common. folder: with room.blend and night.jsonl. kill_every: seconds, or None."""
+    """The setting of all ways. folder: with room.blend and night.jsonl. kill_every: seconds, or None."""
 
     folder: Path
     lines: int
@@ -94,7 +94,7 @@ def openjd(setting: Setting) -> list[str]:
 
 
 def dask(setting: Setting) -> list[str]:
-    """Bake chunks on workers of Dask, which are killed now and then."""
+    """Bake chunks on workers of Dask, some of which are killed."""
     from ..samp_addon.batch.farm import dask_cluster
 
     folder = setting.folder
@@ -110,7 +110,7 @@ def dask(setting: Setting) -> list[str]:
 
 
 def noted_chunk(work: Work, chunk: Chunk) -> int:
-    """Bake a chunk on a worker; note begin and end, and the memory of the process."""
+    """Bake a chunk on a worker; log its start and end, and the memory of the process."""
     _note(work, "begun", chunk)
     failed = bake_chunk(work, chunk)
     _note(work, "done", chunk)
@@ -124,7 +124,7 @@ def _note(work: Work, what: str, chunk: Chunk) -> None:
 
 
 def _account(log: Path, killed: list[int]) -> list[str]:
-    """Return what deaths have cost, and how the memory of workers has grown, in MB."""
+    """Return lines on the cost of killed workers, and on the growth of the workers' memory, MB."""
     rows = [line.split() for line in log.read_text().splitlines()]
     begun = Counter(name for what, name, *_ in rows if what == "begun")
     lines = [f"{len(killed)} workers killed, {sum(count - 1 for count in begun.values())} chunks begun again"]
@@ -175,13 +175,13 @@ def _check(process: subprocess.Popen) -> None:
 
 
 def _core_seconds() -> float:
-    """Return the processor time of this process and of all that it has started and that have ended."""
+    """Return the processor time, seconds, of this process and of its finished child processes."""
     used = os.times()
     return used.user + used.system + used.children_user + used.children_system
 
 
 def hashes(folder: Path) -> dict[str, str]:
-    """Return a hash of each take of a folder."""
+    """Return a hash of each take in a folder."""
     import numpy as np
 
     from .fingerprints import of_arrays
@@ -197,11 +197,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--lines", type=int, default=40)
     parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
-    parser.add_argument("--workers", type=int, default=2, help="of parts and dask")
+    parser.add_argument("--workers", type=int, default=2, help="processes of parts and dask")
     parser.add_argument("--chunk", type=int, default=10, help="lines for each task of openjd and dask")
-    parser.add_argument("--kill-every", type=float, help="seconds between two deaths of workers of dask")
-    parser.add_argument("--scene", type=Path, help="room with a Sofa and an Armchair; left out, the demo's")
-    parser.add_argument("--folder", type=Path, help="where to work; left out, a temporary folder")
+    parser.add_argument("--kill-every", type=float, help="seconds between two kills of a worker of dask")
+    parser.add_argument("--scene", type=Path, help="room with a Sofa and an Armchair (default: the demo's)")
+    parser.add_argument("--folder", type=Path, help="working folder (default: a temporary one)")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = (given.folder or Path(name)).absolute()

@@ -3,7 +3,7 @@
 python -m samp_blender.benchmarks.fingerprints --output before.json
 python -m samp_blender.benchmarks.fingerprints --compare before.json
 
-The same seeds give the same takes bit for bit on one machine; on another one, rounding differs.
+On one machine, the same seeds give bit for bit the same takes; on different machines, rounding differs.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def batch_takes(room: Path, folder: Path) -> dict[str, str]:
 
 
 def operator_takes(room: Path) -> dict[str, str]:
-    """Hash takes of the operators: Sit Here, Refine, and a take carried to a Mixamo rig."""
+    """Hash takes of the operators: Sit Here, Refine, and Carry to Rig with a Mixamo rig."""
     import samp_blender
 
     sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tests" / "support" / "blender")]
@@ -111,9 +111,9 @@ def operator_takes(room: Path) -> dict[str, str]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", type=Path, help="JSON to write the hashes to")
+    parser.add_argument("--output", type=Path, help="JSON file of the hashes to write")
     parser.add_argument(
-        "--compare", type=Path, help="JSON of an earlier run; the status is 1 where one differs"
+        "--compare", type=Path, help="JSON file of an earlier run; the status is 1 where a hash differs"
     )
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:

@@ -1,10 +1,10 @@
-"""Takes with physically impossible motion, and whether they carry a warning, by an independent computation.
+"""Check by an independent computation whether takes with physically impossible motion have a warning.
 
 python -m samp_blender.benchmarks.guards [--takes 200] [--furniture FOLDER] [--seed 0]
 
-Sits, lies and three-step takes (sit, walk away, sit again) on procedural pieces and on pieces of the library that
-training uses. Squats in the air, flights and gliding seats are looked for with brute_force.py. The exit status is 1
-where a take breaks a limit without a warning.
+The takes are sits, lies and three-step takes (sit, walk away, sit again) on procedural pieces and on training pieces of
+the library. Squats in the air, flights and gliding seats are detected with brute_force.py. The exit status is 1 where a
+take exceeds a limit without a warning.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ EACH = 4
 KINDS = ("sit", "lie", "chain")
 LIMITS = {"air_squat": 1.0, "flight": 0.25, "glide": 0.6}
 TOLERANCE = 1.15
-"""Both computations look at single frames and samples: what is over the limit by less can be under it for the other."""
+"""Factor on the limits, since both computations sample frames and points and may differ near a limit."""
 
 
 def works(kind: str, folder: Path, seed: int) -> Work:
@@ -62,14 +62,14 @@ def works(kind: str, folder: Path, seed: int) -> Work:
 
 
 def broken(take: Take, triangles: np.ndarray) -> dict[str, float]:
-    """Return what a take breaks by the independent computation, with its value."""
+    """Return the limits that a take exceeds by the independent computation, with the values."""
     found = brute_force.support(take.motion, triangles, take.floor)
     values = {name: getattr(found, name) for name in LIMITS}
     return {name: value for name, value in values.items() if value > TOLERANCE * LIMITS[name]}
 
 
 def main() -> int:
-    """Print a line for each take that breaks a limit or has a warning, and the sums."""
+    """Print a line for each take that exceeds a limit or has a warning, and the sums."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--takes", type=int, default=200)
     parser.add_argument("--furniture", type=Path, default=furniture.library.DEFAULT_FOLDER)
@@ -100,7 +100,7 @@ def main() -> int:
                 values = ", ".join(f"{name} {value:.2f}" for name, value in found.items()) or "nothing found"
                 reported = ", ".join(f"{name} {numbers[name]:.2f}" for name in limits) or "no warning"
                 print(f"room {room - 1}, {kind}, seed {take.seed}: {values}; {reported}", flush=True)
-    print(f"{count} takes, {marked} with warnings of support, {unmarked} that break a limit without one")
+    print(f"{count} takes, {marked} with warnings of support, {unmarked} that exceed a limit without one")
     print(", ".join(f"{name}: {number}" for name, number in sorted(faults.items())) or "no faults")
     return int(unmarked > 0)
 

@@ -59,7 +59,7 @@ def reached(result: dict) -> bool:
 
 
 def passes(results: list[dict]) -> bool:
-    """Return whether all runs succeeded, no path crosses an obstacle, and enough takes are good."""
+    """Return whether all runs succeed, no path crosses an obstacle, and LEAST_REACHED of the takes are good."""
     if not results or any(one["status"] != 0 or one["crossed"] for one in results):
         return False
     good = sum(reached(one) and not one["warnings"] for one in results)
@@ -67,11 +67,11 @@ def passes(results: list[dict]) -> bool:
 
 
 def main() -> int:
-    """Print one line per room and the counts; return 1 where they are not good enough."""
+    """Print one line per room and the counts; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rooms", type=int, default=10)
     parser.add_argument("--seed", type=int, default=100)
-    parser.add_argument("--keep", type=Path, help="folder in which rooms, takes and reports are kept")
+    parser.add_argument("--keep", type=Path, help="folder in which to keep rooms, takes and reports")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary)

@@ -1,5 +1,6 @@
-"""Seconds to read, voxelise and build the navmesh of files with 5,000 objects or two million triangles, and the cost of
-drawing the sidebar in them.
+"""Time to read, voxelise and build the navmesh of files with 5,000 objects or two million triangles.
+
+The cost of checking the sidebar's buttons in these files is measured as well.
 
 python -m samp_blender.benchmarks.large
 """

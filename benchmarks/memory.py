@@ -1,8 +1,8 @@
-"""Peak memory and depth of a refined sit whose bench stands alone, on a 2 km ground, under a sky, and in a city.
+"""Peak memory and depth of a refined sit on a bench alone, on a ground of 2 km, under a sky, and in a city.
 
 python -m samp_blender.benchmarks.memory
 
-Each scene is baked by a process of its own. The exit status is 1 where one takes 2 GB or more.
+Each scene is baked in a separate process. The exit status is 1 where one needs 2 GB or more.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ def add(name: str, triangles: np.ndarray) -> None:
 
 
 def plane(half: float) -> np.ndarray:
-    """Return a square ground of half a side, metres."""
+    """Return the triangles (2, 3, 3) of a square ground. half: half its side, metres."""
     a, b, c, d = ((x, 0.0, z) for x, z in ((-half, -half), (-half, half), (half, half), (half, -half)))
     return np.array([(a, b, c), (a, c, d)])
 
 
 def build(which: str, path: Path) -> None:
-    """Save one of SCENES."""
+    """Build one of SCENES and save it."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     add("Bench", np.concatenate([box(*corners) for corners in BENCH]))
     add("Ground", plane({"small": 4.0, "ground": 1000.0}.get(which, 250.0)))
@@ -63,7 +63,7 @@ def build(which: str, path: Path) -> None:
 
 
 def bake(path: Path, report: Path) -> dict:
-    """Bake a refined sit in a process of its own; return its measures and their parent's peak memory so far, GB."""
+    """Bake a refined sit in a separate process; return its measures and the peak memory of all such processes, GB."""
     command = [sys.executable, str(BAKE), "--scene", str(path), "--action", "sit", "--target", "Bench"]
     command += ["--seed", "1", "--start", "0", "-2", "0", "180", "--hold", "0.5", "--refine"]
     subprocess.run([*command, "--report", str(report)], check=True, capture_output=True)
@@ -78,7 +78,7 @@ def bake(path: Path, report: Path) -> dict:
 
 
 def main() -> int:
-    """Print a line for each scene, or for those named in the arguments. The peak is that of all so far."""
+    """Print a line for each scene, or for those named in the arguments; the peak includes all previous scenes."""
     chosen, worst = sys.argv[1:] or SCENES, 0.0
     with tempfile.TemporaryDirectory() as folder:
         for which in chosen:

@@ -1,5 +1,7 @@
-"""Time and memory of refinement for different take lengths and numbers of vertices, compared with a plain version of
-the same energies: every vertex in every frame, distances updated in every step, no windows.
+"""Time and memory of refinement for different take lengths and numbers of vertices.
+
+It is compared with a plain version of the same energies: every vertex in every frame, distances updated in every step,
+no windows.
 
 python -m samp_blender.benchmarks.refine
 

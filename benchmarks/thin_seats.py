@@ -1,9 +1,9 @@
-"""Depth of sits on held-out furniture before and after refining, in one table.
+"""Depth of sits on held-out furniture before and after refinement.
 
 python -m samp_blender.benchmarks.thin_seats --furniture FOLDER [--takes 1] [--categories chair stool bench] [--check 4]
 
-On the pieces that choices may look at; --pieces final takes those that are kept for final tables. --check compares the
-depths of some frames with those by winding numbers (brute_force.py).
+By default, pieces that may be used for choices are measured; --pieces final selects those reserved for final tables.
+--check compares the depths of some frames with those by winding numbers (brute_force.py).
 """
 
 from __future__ import annotations
@@ -29,14 +29,16 @@ from . import brute_force
 
 
 def deepest(motion, around: Surroundings, floor: float) -> np.ndarray:
-    """Return the depth (T,) of the body, metres: the larger of both parts."""
+    """Return the depth (T,), metres: the larger of body in scene and scene in body."""
     solid = collision.body_depth(motion, around.obstacles, floor)[0].max(1)
     return np.maximum(solid, collision.surface_depth(motion, around.obstacles, floor))
 
 
 def disagreement(motion, around: Surroundings, floor: float, count: int) -> float:
-    """Return the largest difference, cm, of the surface's depth in the body to that by winding numbers, in some of the
-    deepest frames and as many others."""
+    """Return the largest difference, cm, between the surface's depth in the body and that by winding numbers.
+
+    It is measured in the ``count`` deepest frames and as many others.
+    """
     order = np.argsort(collision.surface_depth(motion, around.obstacles, floor))
     rows = np.unique([*order[-count:], *order[:: max(1, len(order) // count)][:count]])
     worst = 0.0
@@ -49,15 +51,15 @@ def disagreement(motion, around: Surroundings, floor: float, count: int) -> floa
 
 
 def main() -> int:
-    """Print a line for each take and the sums; the exit status is 1 where refined takes are too deep."""
+    """Print a line for each take and the sums; return the exit status, 1 where refined takes are too deep."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--furniture", type=Path, required=True)
     parser.add_argument("--takes", type=int, default=1)
     parser.add_argument("--categories", nargs="+", default=["chair", "stool", "bench", "armchair"])
     parser.add_argument("--pieces", choices=["tuning", "final", "all"], default="tuning")
-    parser.add_argument("--check", type=int, default=0, help="frames of each take that are computed again")
-    parser.add_argument("--names", nargs="*", help="only these pieces")
-    parser.add_argument("--thin", type=float, default=1.0, help="weight of the energy of thin things")
+    parser.add_argument("--check", type=int, default=0, help="frames of each take to compare")
+    parser.add_argument("--names", nargs="*", help="names of the only pieces to measure")
+    parser.add_argument("--thin", type=float, default=1.0, help="weight of the energy of thin objects")
     options = parser.parse_args()
     pieces = [
         p for p in held_out_seats(options.furniture, part=options.pieces) if p.category in options.categories

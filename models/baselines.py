@@ -67,5 +67,5 @@ def hidden_width(tensors: dict[str, torch.Tensor]) -> int:
 
 
 def posture_count(tensors: dict[str, torch.Tensor]) -> int:
-    """Return how many numbers say the posture of the rest, from the weights."""
+    """Return the number of inputs that describe the posture of the rest, from the weights."""
     return tensors["object_mean"].shape[0] - OBJECT

@@ -95,11 +95,11 @@ def loss(
 
 
 def set_error(drawn: torch.Tensor, labels: torch.Tensor, present: torch.Tensor) -> torch.Tensor:
-    """Return how far the goals drawn on objects are from their labels, and the labels from the goals, as sets: ().
+    """Return the distance (), as sets, between goals drawn on objects and their labels.
 
-    drawn: (B, K, 6) goals of B objects. labels: (B, G, 6). present: (B, G), False for labels that only fill the array.
-    It is the mean squared error of a goal to the nearest label, plus that of a label to the nearest goal; errors are
-    scaled as those of the loss. The second part keeps the goals as varied as the labels.
+    drawn: (B, K, 6) goals of B objects. labels: (B, G, 6). present: (B, G), False for padding. The distance is the mean
+    squared error of a goal to the nearest label, plus that of a label to the nearest goal, scaled as in the loss. The
+    second term preserves the diversity of the labels.
     """
     units = [_to_units(goals.flatten(0, 1)).unflatten(0, goals.shape[:2]) for goals in (drawn, labels)]
     error = (units[0][:, :, None] - units[1][:, None]).square()
@@ -112,8 +112,8 @@ def set_error(drawn: torch.Tensor, labels: torch.Tensor, present: torch.Tensor) 
 def load(folder: Path | None = None) -> GoalNet:
     """Return the trained network in evaluation mode.
 
-    folder: of other weights than the shipped ones. Raises weights.WeightsError for a file that is missing, damaged or
-    does not fit the network.
+    folder: of the weights, by default the shipped ones. Raise weights.WeightsError for a file that is missing, damaged
+    or does not fit the network.
     """
     net = GoalNet()
     weights.fill(net, weights.load_weights("goal_net", folder), weights.weights_path("goal_net", folder))

@@ -14,16 +14,14 @@ LATENT = 64
 EXPERTS = 12
 OBJECT = 2048
 OBJECT_CODE = 256
-POSTURES = 9  # numbers behind the features of the object: the posture of the rest that the take leads to
-STYLES = (
-    128  # codes of real motion that are stored for each action, from which the held components of z are drawn
-)
-POSTURE_ROWS = 32  # combinations of postures that are stored with their shares in the training data
+POSTURES = 9  # inputs after the object's features that describe the posture of the rest at the end of a take
+STYLES = 128  # codes of captured motion stored for each action, from which the held components of z are drawn
+POSTURE_ROWS = 32  # combinations of postures stored with their shares in the training data
 # Width of the prediction network. The paper uses 512; with this amount of data, half of it is as accurate in half the
 # time.
 HIDDEN = 256
 # Share of the extrapolated state (state.extrapolate) in the next one; the decoder predicts the rest. With 1, errors
-# would never decay; with 0, thousands of training steps are spent on reproducing what is known already.
+# would never decay; with 0, thousands of training steps are needed to learn the extrapolation.
 EXTRAPOLATED_SHARE = 0.75
 ENCODER = ("state_encoder", "interaction_encoder", "mean", "log_variance")
 """Attributes of MotionNet that make up its encoder."""
@@ -72,7 +70,7 @@ class ExpertLayer(nn.Module):
         return (each * gate.t()[:, None]).sum(0).t() + gate @ self.bias
 
     def forward_mixed_weights(self, x: torch.Tensor, gate: torch.Tensor) -> torch.Tensor:
-        """Compute the same literally by equation 2, a weight matrix for each sample: slow, for tests and benchmarks."""
+        """Compute the same by equation 2, with a weight matrix for each sample; slow, for tests and benchmarks."""
         weight = torch.einsum("bk,iko->bio", gate, self.weight)
         return torch.bmm(x[:, None], weight)[:, 0] + gate @ self.bias
 
@@ -80,7 +78,7 @@ class ExpertLayer(nn.Module):
 class Decoder(nn.Module):
     """Gating network and prediction network: the next state from z, the object's code and the previous state.
 
-    postures: how many of the features are the posture of the rest, which goes past the interaction encoder.
+    postures: number of features that describe the posture of the rest, which bypass the interaction encoder.
     """
 
     def __init__(self, size: int = state.SIZE, hidden: int = HIDDEN, postures: int = 0) -> None:
@@ -114,12 +112,12 @@ class Decoder(nn.Module):
 class MotionNet(nn.Module):
     """The complete network. Buffers hold the normalisation of inputs, targets and the object's features.
 
-    The decoder predicts the difference of the next state from a share of the extrapolated one: in a thirtieth of a
-    second, most of the next state follows from the present one.
+    The decoder predicts the difference between the next state and a share of the extrapolated one, since within a
+    thirtieth of a second most of the next state follows from the current one.
 
-    postures: 0 or POSTURES, how many numbers behind the features of the object say how the body rests. With them,
-    posture_rows (32, 9) and posture_shares (32,) are the combinations in the training data, each of zeros and ones, and
-    how common they are among sits and among lies.
+    postures: 0 or POSTURES, the number of inputs after the object's features that describe the posture of the rest.
+    With them, posture_rows (32, 9) and posture_shares (32,) are the combinations in the training data, of zeros and
+    ones, and their shares among sits and among lies.
     """
 
     def __init__(self, hidden: int = HIDDEN, postures: int = 0) -> None:
@@ -130,12 +128,13 @@ class MotionNet(nn.Module):
         self.log_variance = nn.Linear(256 + OBJECT_CODE + postures, LATENT)
         self.decoder = Decoder(hidden=hidden, postures=postures)
         self.postures = postures
-        # Count of the leading components of z that are drawn once for a whole take; the others are drawn every frame.
+        # Number of leading components of z that are drawn once for a whole take; the others are drawn every frame.
         self.register_buffer("held", torch.zeros((), dtype=torch.int64))
-        # Held components of z of real motion, first in each row, for each action; zero if they are drawn from N(0, 1).
+        # Held components of z of captured motion, first in each row, for each action; zero if they are drawn from
+        # N(0, 1).
         self.register_buffer("style_codes", torch.zeros(state.ACTIONS, STYLES, LATENT))
-        # Whether goals lie where the pelvis really rests, and the object's grid is drawn around them. Without it,
-        # goals on deep seats lie in front of the body's place, and the grid is drawn over the whole object.
+        # Whether goals are at the resting pelvis, with the object's grid centred on them. Otherwise, goals on deep
+        # seats are in front of the body, and the grid covers the whole object.
         self.register_buffer("goal_grid", torch.zeros((), dtype=torch.int64))
         for name, size in (("input", state.SIZE), ("target", state.SIZE), ("object", OBJECT + postures)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
@@ -145,12 +144,12 @@ class MotionNet(nn.Module):
             self.register_buffer("posture_shares", torch.zeros(POSTURE_ROWS))
 
     def drop_encoder(self) -> None:
-        """Remove the encoder, which only training needs and which is not shipped; `encode` fails afterwards."""
+        """Remove the encoder, which is only needed for training and not shipped; `encode` fails afterwards."""
         for part in ENCODER:
             delattr(self, part)
 
     def normalised_object(self, features: torch.Tensor) -> torch.Tensor:
-        """Normalise the object's features (B, 2048 + postures); postures stay as they are."""
+        """Normalise the object's features (B, 2048 + postures); postures are unchanged."""
         return (features - self.object_mean) / self.object_std
 
     def encode(

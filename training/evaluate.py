@@ -1,4 +1,4 @@
-"""The paper's measures on held-out furniture: tables for each action, and networks side by side.
+"""Compute the paper's measures on held-out furniture: tables for each action, and comparisons of networks.
 
 python -m samp_blender.training.evaluate --rooms 34 --takes 3 --actions sit
 python -m samp_blender.training.evaluate --actions sit --versions MotionNet=models/weights MLP=RUN:mlp --no-planner
@@ -27,7 +27,7 @@ TABLES = ("takes", "stages", "corrections")
 
 
 def networks_of(version: str) -> tuple[str, Networks]:
-    """Name and networks of NAME=FOLDER or NAME=FOLDER:NETWORK, the folder holding motion_net.safetensors."""
+    """Parse NAME=FOLDER or NAME=FOLDER:NETWORK, a folder with motion_net.safetensors; return name and networks."""
     name, _, place = version.partition("=")
     folder, _, kind = place.partition(":")
     network = load_motion_net(Path(folder), kind or "motion_net")
@@ -35,7 +35,7 @@ def networks_of(version: str) -> tuple[str, Networks]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Prints the tables; the exit status."""
+    """Print the tables; return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -48,31 +48,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--versions",
         nargs="+",
         metavar="NAME=FOLDER[:NETWORK]",
-        help="set networks side by side; NETWORK is motion_net, mlp or moe",
+        help="compare networks; NETWORK is motion_net, mlp or moe",
     )
     parser.add_argument(
-        "--no-planner", action="store_true", help="with --versions: the first one without the planner, too"
+        "--no-planner", action="store_true", help="with --versions: add the first one without the planner"
     )
     parser.add_argument(
         "--sheets", type=Path, help="folder for contact sheets of 20 random takes of each action"
     )
-    parser.add_argument("--refine", action="store_true", help="refine each take and tell what that changes")
+    parser.add_argument(
+        "--refine", action="store_true", help="refine each take and print the measures before and after"
+    )
     parser.add_argument(
         "--pieces",
         choices=["tuning", "final", "all"],
         default="tuning",
-        help="which held-out pieces: those that choices may look at, or the third that is kept for final tables",
+        help="held-out pieces: those that may be used for choices, or the third reserved for final tables",
     )
     parser.add_argument(
         "--tables",
         nargs="+",
         choices=TABLES,
         default=TABLES[:2],
-        help="takes: as the artist gets them; stages: network alone, guided, finished; corrections: of finishing, each "
-        "left out in turn",
+        help="takes: as in the extension; stages: network alone, guided, finished; corrections: finishing without each "
+        "correction in turn",
     )
     parser.add_argument(
-        "--network", type=Path, help="folder of other MotionNet weights than the shipped ones"
+        "--network", type=Path, help="folder of MotionNet weights, instead of the shipped ones"
     )
     options = parser.parse_args(arguments)
     versions = dict(networks_of(version) for version in options.versions or [])
@@ -82,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.furniture == furniture.library.SHIPPED_FOLDER:
         print(furniture.missing(SHARED / "furniture"))
     if not options.mocap.is_dir():
-        print(f"{options.mocap} is missing, so no measure of captured motion stands beside the takes'.")
+        print(f"{options.mocap} is missing, so the tables have no measures of captured motion.")
     pace = reference.real_pace([options.mocap, options.mocap.parent / "smplx30"])
     for action in options.actions:
         pieces = held_out_seats(options.furniture, action, options.pieces)
@@ -96,12 +98,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         real = reference.real_motion(options.mocap, action)
         made = partial(evaluate, action, options.rooms, options.takes, pieces)
         if versions:
-            told = report.comparison(
+            text = report.comparison(
                 action, {name: made(networks) for name, networks in versions.items()}, real
             )
         else:
-            told = "\n\n".join(_tables(action, pieces, real, pace, options))
-        print(told, flush=True)
+            text = "\n\n".join(_tables(action, pieces, real, pace, options))
+        print(text, flush=True)
     return 0
 
 
@@ -112,7 +114,7 @@ def _tables(
     pace: tuple[float, float] | None,
     options: argparse.Namespace,
 ) -> Iterator[str]:
-    """Yield the tables of an action that are asked for, of one network."""
+    """Yield the requested tables of an action, for one network."""
     networks = networks_of(f"={options.network}")[1] if options.network else None
     network = load_motion_net(options.network) if options.network else None
     if "takes" in options.tables or options.refine or options.sheets:

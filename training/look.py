@@ -1,4 +1,4 @@
-"""Look at takes: a contact sheet, and a film, of motion files on a bare stage.
+"""Render motion files on an empty stage as a contact sheet and a film.
 
 python -m samp_blender.training.look MOTION.npz OUT.png [--follow] [--movie OUT.mp4] [--object CHAIR.npy]
 """
@@ -17,7 +17,7 @@ from ..samp_addon.motion import Motion
 
 
 def load_motion(path: str | Path) -> Motion:
-    """A take from an .npz: the training clips' keys (root_pos, ...) or those of Motion (root, rotations)."""
+    """Read a motion from an .npz with the keys of training clips (root_pos, ...) or of Motion (root, rotations)."""
     with np.load(path) as data:
         if "root_pos" in data:
             quaternions = data["local_quat_wxyz"].astype(np.float64)
@@ -30,7 +30,7 @@ def load_motion(path: str | Path) -> Motion:
 
 
 def cut(motion: Motion, start: float, end: float | None) -> Motion:
-    """The seconds from start to end (None: to the last frame) of a take."""
+    """Return a motion from start to end, seconds; None: to the last frame."""
     part = slice(int(start * motion.fps), None if end is None else int(end * motion.fps) + 1)
     take = lambda a: None if a is None else a[part]
     return replace(
@@ -53,10 +53,10 @@ def look(
     movie: str | Path | None = None,
     size: tuple[int, int] = (320, 320),
 ) -> Path:
-    """Draw takes, all on one stage, as a contact sheet PNG; the camera looks at the first one.
+    """Render motions on one stage as a contact sheet PNG; the camera looks at the first one.
 
     triangles: furniture (F, 3, 3), metres, network frame. follow: close-ups that turn with the character.
-    movie: also an MP4 of the front view.
+    movie: path of an additional MP4 of the front view.
     """
     from ..samp_addon.blender.render import contact_sheet, stage
     from ..samp_addon.blender.render.movie import write_movie
@@ -81,7 +81,7 @@ def look(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; returns its exit status."""
+    """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="look", description=__doc__.splitlines()[0])
     parser.add_argument("motions", nargs="+", type=Path, metavar="MOTION.npz")
     parser.add_argument("out", type=Path, metavar="OUT.png")
@@ -89,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--object", type=Path, metavar="TRIANGLES.npy", help="furniture (F, 3, 3), network frame"
     )
     parser.add_argument("--follow", action="store_true", help="close-ups that turn with the character")
-    parser.add_argument("--count", type=int, default=12, help="frames on the sheet")
+    parser.add_argument("--count", type=int, default=12, help="number of frames on the sheet")
     parser.add_argument("--from", dest="start", type=float, default=0.0, metavar="SECONDS")
     parser.add_argument("--to", dest="end", type=float, metavar="SECONDS")
     parser.add_argument("--movie", type=Path, metavar="OUT.mp4")

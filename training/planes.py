@@ -1,4 +1,4 @@
-"""Integers over time as bytes that compress well: the data that trainings on another machine read."""
+"""Encode integers over time as byte planes that compress well, for packed training sets."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""The phase of the gait, read from a single pose, and its course along a route.
+"""The phase of the gait, estimated from a single pose, and its course along a route.
 
-The phase is 0 when the left foot is farthest ahead and pi when the right one is. Between these the other foot swings
-and is higher. So the ankles' distance ahead and their difference in height, each over its usual range, are about the
-cosine and sine of the phase; their norm is the amplitude, near 0 while standing and near 1 in brisk walking.
+The phase is 0 when the left foot is farthest ahead and pi when the right one is. In between, the other foot swings and
+is higher. The ankles' distance ahead and their difference in height, each relative to its usual range, therefore
+approximate the cosine and sine of the phase; their norm is the amplitude, near 0 while standing and near 1 in brisk
+walking.
 """
 
 from __future__ import annotations
@@ -10,14 +11,14 @@ from __future__ import annotations
 import torch
 
 STRIDE, LIFT = 0.30, 0.10
-"""Metres: usual largest distance of the ankles ahead of each other, and in height."""
+"""Usual largest distance of the ankles along the facing, and in height, metres."""
 
 LEFT_ANKLE, RIGHT_ANKLE = 7, 8
 STRIDE_LENGTH = 1.15
-"""Metres of route of a whole cycle, two steps, at the usual pace indoors."""
+"""Length of a whole cycle, two steps, at the usual pace indoors, metres."""
 
 WALKING = 0.4
-"""Metres per second at which the amplitude of a planned gait is about three quarters."""
+"""Speed at which the amplitude of a planned gait is about two thirds, metres per second."""
 
 
 def phase_of(joints: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
@@ -39,9 +40,9 @@ def unwrapped(gait: torch.Tensor) -> torch.Tensor:
 
 
 def advance(start: torch.Tensor, end: torch.Tensor, length: torch.Tensor) -> torch.Tensor:
-    """Return by how much the phase goes on from one end to the other (B,), radians, at strides of usual length.
+    """Return the advance of the phase from one end to the other (B,), radians, at strides of usual length.
 
-    start, end: gaits (B, 2). length: of the route (B,), metres. Never negative: feet do not walk backwards.
+    start, end: gaits (B, 2). length: of the route (B,), metres. The advance is never negative.
     """
     first, last = (torch.atan2(gait[..., 1], gait[..., 0]) for gait in (start, end))
     turn = torch.remainder(last - first, 2 * torch.pi)
@@ -50,7 +51,7 @@ def advance(start: torch.Tensor, end: torch.Tensor, length: torch.Tensor) -> tor
 
 
 def planned(start: torch.Tensor, total: torch.Tensor, route: torch.Tensor, fps: float = 30.0) -> torch.Tensor:
-    """Return the gait (B, T, 2) along a route: the phase goes on with the way, the amplitude follows the speed.
+    """Return the gait (B, T, 2) along a route: the phase advances with the distance, the amplitude follows the speed.
 
     start: gait (B, 2) of the first frame. total: radians (B,). route: positions (B, T, 3), metres.
     """

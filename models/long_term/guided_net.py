@@ -1,8 +1,8 @@
-"""The core of the shipped RouteNet and PoseNet: what departs from a reference, for windows of any length.
+"""The core of the shipped RouteNet and PoseNet: residuals to a reference, for windows of any length.
 
-Departures from section 3.3, each for a reason: the two fully connected layers work on each frame instead of on all
+It differs from section 3.3 in three points: the two fully connected layers are applied to each frame instead of to all
 frames at once, so that a window may have any length; the output is added to a reference and vanishes at both ends, so
-that start and goal are held exactly; a noise code z makes two takes between the same bodies differ.
+that start and goal are exact; a noise code z makes takes between the same bodies differ.
 """
 
 from __future__ import annotations

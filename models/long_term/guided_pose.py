@@ -1,7 +1,7 @@
-"""PoseNet as it is shipped: poses along a route as a residual to the blend of both ends (equation 2, guided_net.py).
+"""The shipped PoseNet: poses along a route as a residual to the blend of both ends (equation 2, guided_net.py).
 
-It works on the 6D rotations of the 21 body joints instead of the prior's 32 numbers, whose loss of detail (about a
-centimetre) would make feet slide; body shape and gait are inputs.
+It uses the 6D rotations of the 21 body joints instead of the prior's 32 numbers, whose error (about a centimetre) would
+make feet slide; body shape and gait are inputs.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _WHOLE = 2 * POSES + BETAS + 1
 
 @dataclass(frozen=True)
 class PoseEnds:
-    """start, end: (B, 150), the 6D rotations of 21 joints and h. betas: (B, 10)."""
+    """The poses at both ends. start, end: (B, 150), the 6D rotations of 21 joints and h. betas: (B, 10)."""
 
     start: torch.Tensor
     end: torch.Tensor
@@ -31,7 +31,7 @@ class PoseEnds:
 
 
 def blend(ends: PoseEnds, frames: int) -> torch.Tensor:
-    """Return poses (B, T, 150) that go evenly from one end to the other."""
+    """Return poses (B, T, 150) interpolated linearly from one end to the other."""
     share = torch.linspace(0, 1, frames, device=ends.start.device, dtype=ends.start.dtype)[None, :, None]
     return ends.start[:, None] + share * (ends.end - ends.start)[:, None]
 
@@ -46,7 +46,7 @@ class GuidedPose(nn.Module):
     def forward(
         self, ends: PoseEnds, route: torch.Tensor, gait: torch.Tensor, cloud: torch.Tensor, z: torch.Tensor
     ) -> torch.Tensor:
-        """Return the poses; the first and the last ones are the ends'. cloud: (B, N, 3). z: (B, 8)."""
+        """Return the poses, of which the first and the last ones are the ends. cloud: (B, N, 3). z: (B, 8)."""
         even = blend(ends, route.shape[1])
         return even + self.net(self._frames(route, gait), self._whole(ends, route), cloud, z)
 
@@ -58,13 +58,16 @@ class GuidedPose(nn.Module):
 
     @staticmethod
     def _frames(route: torch.Tensor, gait: torch.Tensor) -> torch.Tensor:
-        """Inputs of each frame: route, its velocity and the vertical seen from the pelvis, the way left, gait, time."""
+        """Return the inputs of each frame: route, velocity, vertical, remaining displacement, gait and time.
+
+        Velocity, vertical and displacement are in the pelvis' frame.
+        """
         frames = route.shape[1]
         pelvis = matrix_from_six(route[..., 3:])
         speed = torch.diff(route[..., :3], dim=1)
         speed = torch.cat([speed, speed[:, -1:]], 1) * FPS
         seen = lambda v: (pelvis.transpose(-1, -2) @ v[..., None])[..., 0]
-        up = pelvis[..., 1, :]  # the vertical, seen from the pelvis
+        up = pelvis[..., 1, :]  # the vertical in the pelvis' frame
         share = torch.linspace(0, 1, frames, device=route.device, dtype=route.dtype)
         time = torch.stack([share, (1 - share) * frames / FPS], -1)[None].expand(len(route), -1, -1)
         left = route[:, -1:, :3] - route[..., :3]

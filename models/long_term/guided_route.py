@@ -1,6 +1,6 @@
-"""RouteNet as it is shipped: the route as a residual to the path around the furniture (equation 1, guided_net.py).
+"""The shipped RouteNet: the route as a residual to the path around the furniture (equation 1, guided_net.py).
 
-Everything is in the frame of the window's start: it is at x = z = 0 and faces +Z; heights stay.
+All quantities are in the frame of the window's start, which is at x = z = 0 and faces +Z; heights are unchanged.
 """
 
 from __future__ import annotations
@@ -19,14 +19,16 @@ PATH = 16
 
 ROUTE = TRANSLATION + ROTATION
 FPS = 30.0
-_FRAME = ROUTE + 2 + 2  # the reference, the direction of the path, the share and the seconds left
+_FRAME = (
+    ROUTE + 2 + 2
+)  # the reference, the direction of the path, the share of time and the remaining seconds
 _WHOLE = 2 * ROUTE + BETAS + 2 * PHASE + 2
 _DURATION = 9
 
 
 @dataclass(frozen=True)
 class RouteEnds:
-    """What is known of a window before its route.
+    """The conditions of a window's route.
 
     start, end: (B, 9), t and r. path: (B, 16, 2), x and z. betas: (B, 10). start_gait, end_gait: (B, 2).
     """
@@ -40,12 +42,12 @@ class RouteEnds:
 
     @property
     def length(self) -> torch.Tensor:
-        """Metres along the path (B,)."""
+        """Length of the path (B,), metres."""
         return torch.diff(self.path, dim=1).norm(dim=-1).sum(1)
 
 
 def reference(ends: RouteEnds, frames: int) -> torch.Tensor:
-    """Return the route (B, T, 9) at a steady pace along the path; height and rotation change evenly."""
+    """Return the route (B, T, 9) at constant speed along the path; height and rotation are interpolated linearly."""
     share = torch.linspace(0, 1, frames, device=ends.path.device, dtype=ends.path.dtype)
     at = share * (PATH - 1)
     low = at.long().clamp(max=PATH - 2)
@@ -56,7 +58,7 @@ def reference(ends: RouteEnds, frames: int) -> torch.Tensor:
 
 
 class GuidedRoute(nn.Module):
-    """Ends, path and cloud -> route (B, T, 9), and the seconds that it usually takes."""
+    """Ends, path and cloud -> route (B, T, 9), and its usual duration."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -64,7 +66,7 @@ class GuidedRoute(nn.Module):
         self.seconds_net = dense(_DURATION + 2 * PHASE + BETAS, 64, 64, 1)
 
     def forward(self, ends: RouteEnds, frames: int, cloud: torch.Tensor, z: torch.Tensor) -> torch.Tensor:
-        """Return the route (B, T, 9); its first and last frames are the ends'. cloud: (B, N, 3). z: (B, 8)."""
+        """Return the route (B, T, 9), whose first and last frames are the ends. cloud: (B, N, 3). z: (B, 8)."""
         steady = reference(ends, frames)
         return steady + self.net(self._frames(ends, steady), self._whole(ends, frames), cloud, z)
 
@@ -74,7 +76,7 @@ class GuidedRoute(nn.Module):
         return self.net.posterior(self._frames(ends, steady), route - steady)
 
     def seconds(self, ends: RouteEnds) -> torch.Tensor:
-        """Return the usual duration (B,) of a window, seconds: from its way, its turn and whether anybody sits down."""
+        """Return the usual duration (B,) of a window, seconds, from length, turn, heights, gait and body shape."""
         yaws = [yaw_of(matrix_from_six(end[:, 3:])) for end in (ends.start, ends.end)]
         across = ends.end[:, [0, 2]] - ends.start[:, [0, 2]]
         known = [

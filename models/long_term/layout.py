@@ -1,7 +1,7 @@
-"""The numbers that describe a body, M = (t, r, beta, p, h) of section 3.1, and rotations in their 6D form.
+"""The numbers that describe a body, M = (t, r, beta, p, h) of section 3.1, and rotations in 6D form.
 
-Network frame: metres, Y up, +Z forward. Unless said otherwise, bodies are expressed in the frame of a place: its x and
-z are the origin, its facing is +Z, and heights stay.
+Network frame: metres, Y up, +Z forward. Unless stated otherwise, bodies are expressed in the frame of a place, with its
+x and z as origin and its facing as +Z; heights are unchanged.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ BODY = TRANSLATION + ROTATION + POSE + HANDS
 """Numbers of a body without its shape, in the order t, r, p, h."""
 
 SCENE = 256
-"""Numbers of the feature of a point cloud."""
+"""Size of the feature of a point cloud."""
 
 FRAMES = 61
 """Frames of a window of the paper, both ends included: two seconds."""
@@ -66,6 +66,6 @@ def yaw_of(matrix: torch.Tensor) -> torch.Tensor:
 def lying_yaw_of(matrix: torch.Tensor) -> torch.Tensor:
     """Return the yaw (...) of root rotations (..., 3, 3) of lying bodies: from the head to the feet.
 
-    That of `yaw_of` for a body on its back; defined for one on its side or its belly as well.
+    Equal to `yaw_of` for a supine body; also defined for one on its side or prone.
     """
     return torch.atan2(-matrix[..., 0, 1], -matrix[..., 2, 1])

@@ -1,8 +1,7 @@
 """PointNet without its transform networks (Qi et al. 2017; section 3.2, implementation details).
 
-Without T-Nets and without a normalisation over points, which would both remove the absolute place that a body needs.
-The encoder is pretrained on the segmentation of rooms and then trained on with each network that uses it, its own copy
-in each.
+T-Nets and a normalisation over points are omitted, since both would remove the absolute position that a body needs. The
+encoder is pretrained on the segmentation of rooms; each network that uses it fine-tunes its own copy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The pose prior: a VAE with 32 numbers for the rotations of 21 body joints, in VPoser's place (section 3.1).
+"""The pose prior: a VAE with 32 numbers for the rotations of 21 body joints, in place of VPoser (section 3.1).
 
 The encoder takes rotation matrices and the decoder returns the 6D form, so that every code is a valid pose. The
 decoder is differentiable: sub-goal bodies, PoseNet and the optimisation work on the code.

@@ -1,11 +1,11 @@
 """Bodies at sub-goals: the conditional VAE of section 3.2, figure 3 (a).
 
-Everything is in the sub-goal's own frame. What is given of {beta, t, r} is about where the pelvis is and how it is
-turned, a lying body's as well; the network returns how the real body departs from that. The paper's condition has
-neither gait nor action. Here the gait's two numbers say whether the body stands still (0, 0) or is caught in a stride;
-the action is one of three, or none of them (zeros).
+All quantities are in the sub-goal's own frame. The given {beta, t, r} contain an approximate position and orientation
+of the pelvis, also for lying bodies; the network predicts the residual to them. The paper's condition has neither gait
+nor action. Here the gait's two numbers describe standing still (0, 0) or an instant of a stride; the action is one of
+three, or none (zeros).
 
-An artist gives a facing, not r. So the weights hold a table of how captured bodies were turned in each action.
+An artist specifies a facing, not r, so the weights include a table of captured orientations for each action.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LATENT = 32
 WIDTH = 256
 ACTIONS = ("idle", "sit", "lie")
 TURNS = 128
-"""Captured bodies of each action in the table."""
+"""Number of captured bodies of each action in the table."""
 _GIVEN = TRANSLATION + ROTATION
 
 
@@ -44,8 +44,8 @@ class SubGoalNet(nn.Module):
     def given(self, action: str, heights: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
         """Return t and r (B, 9) of captured bodies at a place.
 
-        action: one of ACTIONS. heights: (B,) of the pelvis over the floor, metres. rows: (B,) of the table, which holds
-        r as it is when the body faces +Z, and how much higher over its support the pelvis is than usual.
+        action: one of ACTIONS. heights: (B,) of the pelvis over the floor, metres. rows: (B,) of the table, which
+        contains r of bodies that face +Z, and the pelvis' height over its support relative to the median.
         """
         known = self.turns[ACTIONS.index(action), rows]
         zero = torch.zeros_like(heights)
@@ -74,7 +74,7 @@ class SubGoalNet(nn.Module):
         return gaussian(self.latent(torch.cat([self.body(torch.cat([body, betas], -1)), condition], dim=-1)))
 
     def decode(self, condition: torch.Tensor, given: torch.Tensor, z: torch.Tensor) -> torch.Tensor:
-        """Return bodies (B, 65); t and r are added to what is given."""
+        """Return bodies (B, 65); t and r are residuals to the given ones."""
         made = self.decoder(torch.cat([z, condition], dim=-1))
         return torch.cat([made[..., :_GIVEN] + given, made[..., _GIVEN:]], dim=-1)
 

@@ -1,8 +1,9 @@
-"""RouteNet, PoseNet and BaseNet as the paper has them (section 3.3, figure 3 (b), table 1).
+"""RouteNet, PoseNet and BaseNet of the paper (section 3.3, figure 3 (b), table 1).
 
-All of them are one architecture: a two-way LSTM that sees both ends in every step, its features of all steps next to
-the cloud's feature, and two fully connected layers for all frames in between. The paper does not say what the LSTM
-takes in each step nor how wide it is: here both ends and the share of the time, and 32 numbers each way.
+They share one architecture: a bidirectional LSTM with both ends as input of every step, its features of all steps
+concatenated with the cloud's feature, and two fully connected layers for all frames in between. The paper specifies
+neither the inputs of a step nor the width of the LSTM: here they are both ends and the share of time, and 32 numbers in
+each direction.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ INNER = FRAMES - 2
 class WindowNet(nn.Module):
     """Ends (B, E) and cloud (B, N, 3) -> the frames between them (B, 59, O).
 
-    ends: numbers of an end. outputs: numbers of a frame. route: numbers of a predicted frame that is given, or 0.
-    scene: whether the cloud is seen.
+    ends: size of an end. outputs: size of a frame. route: size of a frame of the given route, or 0. scene: whether the
+    cloud is an input.
     """
 
     def __init__(self, ends: int, outputs: int, route: int = 0, scene: bool = True) -> None:
@@ -63,8 +64,8 @@ def route_net(rotation: bool = True, scene: bool = True) -> WindowNet:
 def pose_net(rotation: bool = False, route: bool = True, scene: bool = True) -> WindowNet:
     """Return PoseNet, equation 2.
 
-    rotation: whether it predicts r too, because RouteNet does not. route: whether it is given the predicted route; the
-    ablations of table 1 are not.
+    rotation: whether it predicts r as well, where RouteNet does not. route: whether the predicted route is an input,
+    which it is not in the ablations of table 1.
     """
     numbers = POSE + HANDS + (ROTATION if rotation else 0)
     return WindowNet(numbers, numbers, TRANSLATION + ROTATION if route else 0, scene)

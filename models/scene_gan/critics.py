@@ -1,6 +1,8 @@
-"""The four discriminators (section 3.3, tables 8 to 11). Each returns a number for each sample; WGAN critics, without
-batch norm. A condition that the paper repeats and concatenates enters by a linear map that is added after the first
-convolution: the same for all but the borders, at a fraction of the cost."""
+"""The four discriminators (section 3.3, tables 8 to 11): WGAN critics, without batch norm, with a score per sample.
+
+A condition that the paper repeats and concatenates is added, by a linear map, after the first convolution: equivalent
+except at the borders, at a fraction of the cost.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +19,13 @@ POSE_CHANNELS = 3 + 6 + 3
 
 
 def _widths(sizes: Sizes) -> tuple[int, ...]:
-    """Return the channels after each of the five blocks, from the first on (tables 8, 10 and 11)."""
+    """Return the channels after each of the five blocks (tables 8, 10 and 11)."""
     whole = sizes.width
     return tuple(max(whole // k, 8) for k in (8, 8, 4, 2, 1))
 
 
 class TrajectoryCritic(nn.Module):
-    """Judges velocities with scene and start (table 10)."""
+    """A critic of velocities with scene and start (table 10)."""
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__()
@@ -37,7 +39,7 @@ class TrajectoryCritic(nn.Module):
         self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
 
     def inputs(self, motions: Motions, start: Start) -> torch.Tensor:
-        """Return what is judged (B, 3, 64): velocities over the largest ones."""
+        """Return the inputs (B, 3, 64): velocities relative to the largest ones."""
         return motions.velocities / self.alpha[:, None]
 
     def forward(self, inputs: torch.Tensor, scene: torch.Tensor, start: Start) -> torch.Tensor:
@@ -50,7 +52,7 @@ class TrajectoryCritic(nn.Module):
 
 
 class _GraphCritic(nn.Module):
-    """22 joints x 65 frames to a number, with the scene as a condition (tables 8 and 11)."""
+    """A critic of 22 joints x 65 frames, with the scene as a condition (tables 8 and 11)."""
 
     def __init__(self, inputs: int, sizes: Sizes) -> None:
         super().__init__()
@@ -64,7 +66,7 @@ class _GraphCritic(nn.Module):
         self.last = nn.Linear(widths[-1], 1)
 
     def forward(self, inputs: torch.Tensor, scene: torch.Tensor, start: Start) -> torch.Tensor:
-        """Return scores (B,) of (B, C, 22, 65)."""
+        """Return scores (B,) of inputs (B, C, 22, 65)."""
         x = self.first(inputs) + self.known(scene)[..., None, None]
         for block in self.blocks:
             x = layers.half_as_long(block(layers.activate(x)))
@@ -72,14 +74,14 @@ class _GraphCritic(nn.Module):
 
 
 class PoseCritic(_GraphCritic):
-    """Judges poses along the trajectory: positions and rotations of the joints, velocity of the pelvis (table 11)."""
+    """A critic of poses along the trajectory: joint positions and rotations, velocity of the pelvis (table 11)."""
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__(POSE_CHANNELS, sizes)
         self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
 
     def inputs(self, motions: Motions, start: Start) -> torch.Tensor:
-        """Return what is judged (B, 12, 22, 65)."""
+        """Return the inputs (B, 12, 22, 65)."""
         before = torch.cat([start.root_velocity[..., None], motions.velocities], dim=-1)
         way = (before / self.alpha[:, None])[:, :, None].expand(-1, -1, motions.six.shape[2], -1)
         body = torch.cat([2 * motions.positions, motions.six], dim=-1).permute(0, 3, 2, 1)
@@ -87,18 +89,18 @@ class PoseCritic(_GraphCritic):
 
 
 class ProjectionCritic(_GraphCritic):
-    """Judges the motion in the picture (section 3.3.1, table 8)."""
+    """A critic of the motion in the picture (section 3.3.1, table 8)."""
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__(2, sizes)
 
     def inputs(self, motions: Motions, start: Start) -> torch.Tensor:
-        """Return what is judged (B, 2, 22, 65): places of the joints, 0 in the picture's middle, 1 at its right."""
+        """Return the inputs (B, 2, 22, 65): positions of the joints, 0 at the picture's centre, 1 at its right edge."""
         return (2 * projection.project(motions.joints, start) - 1).clamp(-4, 4).permute(0, 3, 2, 1)
 
 
 class ContextCritic(nn.Module):
-    """Judges crops of relative depth along the way (section 3.3.2, table 9)."""
+    """A critic of crops of relative depth along the trajectory (section 3.3.2, table 9)."""
 
     def __init__(self, sizes: Sizes, crop: tuple[int, int] = (36, 64)) -> None:
         super().__init__()
@@ -110,7 +112,7 @@ class ContextCritic(nn.Module):
         self.last = nn.Linear(widths[-1], 1)
 
     def inputs(self, motions: Motions, start: Start, depth: torch.Tensor) -> torch.Tensor:
-        """Return what is judged (B, 9, H, W). depth: (B, 1, H, W) metres."""
+        """Return the inputs (B, 9, H, W). depth: (B, 1, H, W) metres."""
         return projection.relative_depth(motions, start, depth, self.crop)
 
     def forward(self, inputs: torch.Tensor, scene: torch.Tensor, start: Start) -> torch.Tensor:

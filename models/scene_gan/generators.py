@@ -1,4 +1,4 @@
-"""The trajectory generator, the pose generator (section 3.2, tables 6 and 7), and CSGN, which has one for both."""
+"""The trajectory generator, the pose generator (section 3.2, tables 6 and 7), and CSGN, which combines both."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ OUTPUTS = 6
 
 @dataclass(frozen=True)
 class Sizes:
-    """Widths of the networks. scene: numbers of a scene feature. width: of the widest layer; the others are fractions
-    of it. noise, pose_noise: channels of the latents of the two generators."""
+    """Widths of the networks.
+
+    scene: size of a scene feature. width: of the widest layer; the others are fractions of it. noise, pose_noise:
+    channels of the latents of the two generators.
+    """
 
     scene: int = 256
     width: int = 512
@@ -60,12 +63,12 @@ class TrajectoryGenerator(nn.Module):
 
 
 class _GraphUpsampling(nn.Module):
-    """The course of table 7: 5 nodes x 4 steps to 22 joints x 64 steps."""
+    """The upsampling of table 7: 5 nodes x 4 steps to 22 joints x 64 steps."""
 
     def __init__(self, inputs: int, sizes: Sizes, outputs: int) -> None:
         super().__init__()
         widths, nodes = sizes.channels(), (LEVELS[2], LEVELS[2], LEVELS[1], LEVELS[1], LEVELS[0])
-        # All joints start from the same noise: a linear map spreads it over the five nodes.
+        # All joints start from the same noise, which a linear map distributes over the five nodes.
         self.nodes = nodes[0]
         self.spread = nn.Conv1d(inputs, widths[0] * nodes[0], 3)
         self.blocks = nn.ModuleList(
@@ -76,7 +79,7 @@ class _GraphUpsampling(nn.Module):
         self.last.over_time.weight.data *= 0.1  # start near the initial pose
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Return (B, outputs, 22, 64) of (B, inputs, 6)."""
+        """Return outputs (B, outputs, 22, 64) of inputs (B, inputs, 6)."""
         x = self.spread(x).unflatten(1, (-1, self.nodes))
         x = self.norms[0](x)
         for block, norm in zip(self.blocks, self.norms[1:], strict=True):
@@ -85,7 +88,7 @@ class _GraphUpsampling(nn.Module):
 
 
 def _posed(raw: torch.Tensor, start: Start) -> torch.Tensor:
-    """Return rotations (B, 64, 22, 6): the initial pose plus LIMIT tanh of what the network says (B, 6, 22, 64)."""
+    """Return rotations (B, 64, 22, 6): the initial pose plus LIMIT tanh of the network's output (B, 6, 22, 64)."""
     change = kinematics.LIMIT * torch.tanh(raw)
     return start.six[:, None] + change.permute(0, 3, 2, 1)
 
@@ -93,7 +96,8 @@ def _posed(raw: torch.Tensor, start: Start) -> torch.Tensor:
 class PoseGenerator(nn.Module):
     """Noise, scene, start and trajectory to 6-D rotations (section 3.2.2, table 7).
 
-    The paper generates joint positions; rotations with forward kinematics are what is baked, and the critics see it.
+    The paper generates joint positions. Here rotations are generated, since they are baked, and the critics use forward
+    kinematics.
     """
 
     def __init__(self, sizes: Sizes) -> None:
@@ -114,7 +118,7 @@ class PoseGenerator(nn.Module):
 
 
 class JointGenerator(nn.Module):
-    """CSGN: trajectory and poses by one generator, without a trajectory of its own (first row of table 1)."""
+    """CSGN: one generator for trajectory and poses (first row of table 1)."""
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__()
@@ -125,7 +129,7 @@ class JointGenerator(nn.Module):
     def forward(
         self, noise: torch.Tensor, scene: torch.Tensor, start: Start
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return velocities (B, 3, 64), those of the pelvis' node, and rotations (B, 64, 22, 6)."""
+        """Return velocities (B, 3, 64), from the pelvis' node, metres per frame, and rotations (B, 64, 22, 6)."""
         known = torch.cat([scene, start.condition()], dim=-1)
         x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
         raw = self.body(x)

@@ -1,4 +1,4 @@
-"""A bird's-eye height map around the body in place of the picture: where no picture can be made, and for comparison."""
+"""A bird's-eye height map around the body in place of the picture, where no picture is available and to compare."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from torch import nn
 from torch.nn import functional
 
 CELLS = 48
-CELL = 0.1  # metres; the map reaches 2.4 m in each direction, as far as most windows go
-HIGHEST = 1.8  # metres over the floor; what is higher is no obstacle
+CELL = 0.1  # metres; the map covers 2.4 m in each direction, the range of most windows
+HIGHEST = 1.8  # height (m) over the floor above which surfaces are not obstacles
 
 
 class HeightMapEncoder(nn.Module):
-    """A height map to a scene feature."""
+    """An encoder of a height map to a scene feature."""
 
     def __init__(self, scene: int = 256, width: int = 64) -> None:
         super().__init__()
@@ -33,12 +33,11 @@ class HeightMapEncoder(nn.Module):
 def around(
     grids: torch.Tensor, corners: torch.Tensor, cell: float, places: torch.Tensor, yaws: torch.Tensor
 ) -> torch.Tensor:
-    """Return height maps (B, 2, CELLS, CELLS) around places, turned into view frames: height in metres, and whether
-    there is a room at all.
+    """Return height maps (B, 2, CELLS, CELLS) around places, in view frames: height, metres, and 1 where it is known.
 
-    grids: (B, 1, X, Z) heights over the floor of whole rooms, metres, for cells of ``cell`` metres from a corner
-    ``corners`` (B, 2) on; below 0 where nothing is. places: (B, 2) x and z. yaws: (B,) of the view frames' Z axes.
-    Rows of a map go along the view's X, columns along its Z.
+    grids: (B, 1, X, Z) heights over the floor of whole rooms, metres, in cells of ``cell`` metres from corners (B, 2);
+    below 0 where there is no surface. places: (B, 2) x and z. yaws: (B,) of the view frames' Z axes, radians. Rows of a
+    map are along the view's X, columns along its Z.
     """
     step = (torch.arange(CELLS, device=grids.device) - (CELLS - 1) / 2) * CELL
     along_x, along_z = torch.meshgrid(step, step, indexing="ij")
@@ -46,7 +45,7 @@ def around(
     x = places[:, 0, None, None] + along_x * cos + along_z * sin
     z = places[:, 1, None, None] - along_x * sin + along_z * cos
     size = torch.tensor(grids.shape[-2:], device=grids.device) * cell
-    # grid_sample wants the last axis first.
+    # grid_sample expects the last axis first.
     at = torch.stack(
         [(z - corners[:, 1, None, None]) / size[1], (x - corners[:, 0, None, None]) / size[0]], -1
     )

@@ -14,7 +14,7 @@ LEVELS = (JOINTS, len(_GROUPS_OF_JOINTS), len(_GROUPS_OF_PARTS), 1)
 
 
 def adjacency(nodes: int) -> torch.Tensor:
-    """Return which nodes of a level are neighbours, each also of itself (nodes, nodes), 0 or 1."""
+    """Return the adjacency (nodes, nodes) of a level's nodes, 0 or 1, including each node itself."""
     links = torch.eye(JOINTS)
     for joint, parent in enumerate(PARENTS):
         if parent >= 0:

@@ -50,7 +50,7 @@ def joint_positions(rotations: torch.Tensor, rest: torch.Tensor) -> torch.Tensor
     bones = rest[..., 1:, :] - rest[..., list(PARENTS[1:]), :]
     before = [0]
     for level in LEVELS:
-        # All joints of the same depth at once: few operations, which matters on a GPU.
+        # All joints of the same depth at once, to minimise the number of operations on a GPU.
         at = [before.index(PARENTS[joint]) for joint in level]
         parents = turned[-1][..., at, :, :]
         bone = bones[..., [joint - 1 for joint in level], :, None]

@@ -8,14 +8,14 @@ from torch.nn import functional
 
 from . import joint_graph
 
-SLOPE = 0.2  # of LeakyReLU
+SLOPE = 0.2  # negative slope of LeakyReLU
 
 
 class ChannelNorm(nn.Module):
-    """Normalises the channels of each place (B, C, ...) to mean 0 and variance 1, with a learnt scale and offset.
+    """Normalisation of the channels at each position (B, C, ...) to mean 0 and variance 1, with scale and offset.
 
-    The paper has batch norm; in a critic it breaks the gradient penalty, which is for each sample, and in a small
-    generator it can collapse the samples of a batch.
+    The paper uses batch norm; in a critic it invalidates the per-sample gradient penalty, and in a small generator it
+    can make the samples of a batch collapse.
     """
 
     def __init__(self, channels: int) -> None:
@@ -54,12 +54,12 @@ class GraphConv(nn.Module):
 
 
 def activate(x: torch.Tensor) -> torch.Tensor:
-    """Return LeakyReLU, which stands before each convolution."""
+    """Apply LeakyReLU, which precedes each convolution."""
     return functional.leaky_relu(x, SLOPE)
 
 
 def twice_as_long(x: torch.Tensor) -> torch.Tensor:
-    """Return (..., 2 T) of (..., T), interpolated linearly over time."""
+    """Return values (..., 2 T) of values (..., T), interpolated linearly over time."""
     if x.dim() == 3:
         return functional.interpolate(x, scale_factor=2, mode="linear", align_corners=False)
     batch, channels, joints, time = x.shape

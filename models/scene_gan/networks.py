@@ -1,4 +1,4 @@
-"""Everything of Scene GAN that makes motion, with its sizes, as it is saved and loaded."""
+"""Encoder and generators of Scene GAN with their settings, saved and loaded together."""
 
 from __future__ import annotations
 
@@ -18,17 +18,19 @@ from .scene_encoder import SceneEncoder
 from .start import Start
 
 NAME, HEIGHT_NAME = "scene_gan", "scene_gan_height"
-"""Of the weights of networks that see pictures, and of those that see height maps."""
+"""Names of the weights of networks for pictures, and of those for height maps."""
 VIEWS = ("colour", "geometry", "height")
 STANDING = 16
-"""Poses of standing people that are kept with the networks; takes begin in one of them."""
+"""Number of standing poses stored with the networks; takes start in one of them."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the networks are. view: what of the scene they see: the picture's colours, its depth and normals, or the
-    height map. separate: a trajectory generator and a pose generator (M of table 1), or CSGN. encoder_width: of the
-    encoder's first stage."""
+    """Settings of the networks.
+
+    view: of the scene: the picture's colours, its depth and normals, or the height map. separate: a trajectory
+    generator and a pose generator (M of table 1), or CSGN. encoder_width: of the encoder's first stage.
+    """
 
     view: str = "colour"
     separate: bool = True
@@ -58,7 +60,7 @@ def encoder(settings: Settings) -> SceneEncoder | HeightMapEncoder:
 class SceneGan(nn.Module):
     """Encoder and generators.
 
-    standing: (STANDING, 22, 6) captured rotations of people who stand and face +Z.
+    standing: (STANDING, 22, 6) captured rotations of standing bodies that face +Z.
     """
 
     standing: torch.Tensor
@@ -81,7 +83,7 @@ class SceneGan(nn.Module):
     ) -> Motions:  # fmt: skip
         """Return a window for each scene feature (B, scene) and start (equation 2).
 
-        velocities: (B, 3, 64) true ones in place of generated ones, for poses on given trajectories.
+        velocities: (B, 3, 64) metres per frame, in place of generated ones, for poses on given trajectories.
         """
         count = len(start)
         if not self.settings.separate:
@@ -94,7 +96,7 @@ class SceneGan(nn.Module):
 
 
 def save(networks: SceneGan, folder: Path | None = None) -> Path:
-    """Write the weights and, beside them, the settings; return the weights' path."""
+    """Write the weights and, next to them, the settings; return the weights' path."""
     name = HEIGHT_NAME if networks.settings.view == "height" else NAME
     path = weights.save_weights(name, networks.state_dict(), folder)
     path.with_suffix(".json").write_text(json.dumps(asdict(networks.settings), indent=1) + "\n")
@@ -104,7 +106,7 @@ def save(networks: SceneGan, folder: Path | None = None) -> Path:
 def load(folder: Path | None = None, name: str = "") -> SceneGan:
     """Return trained networks in evaluation mode.
 
-    name: of the weights; empty for those that see pictures, or height maps where there are no others. Raises
+    name: of the weights; by default those for pictures, or those for height maps if there are no others. Raise
     WeightsError for missing or damaged files.
     """
     if not name:

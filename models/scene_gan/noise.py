@@ -8,11 +8,11 @@ from torch import nn
 STEPS = 6
 """Length of the latent sequence; the first convolution, without padding, leaves 4 steps (tables 6 and 7)."""
 SHORTEST, LONGEST = 0.4, 4.0
-"""Length scales of the first and the last channel, in steps; the paper does not give its own."""
+"""Length scales of the first and the last channel, in steps; the paper does not specify them."""
 
 
 class GaussianProcess(nn.Module):
-    """Draws sequences (B, channels, STEPS) with the covariance exp(-|t1 - t2| / (2 sigma_c^2)) in channel c."""
+    """Sequences (B, channels, STEPS) with the covariance exp(-|t1 - t2| / (2 sigma_c^2)) in channel c."""
 
     factor: torch.Tensor
 
@@ -28,7 +28,7 @@ class GaussianProcess(nn.Module):
         self.register_buffer("factor", torch.linalg.cholesky(covariance), persistent=False)
 
     def draw(self, count: int, generator: torch.Generator | None = None) -> torch.Tensor:
-        """Return ``count`` sequences. generator: on the CPU, so that a seed gives the same draw on every device."""
+        """Draw ``count`` sequences. generator: on the CPU, so that a seed gives the same draw on every device."""
         white = torch.randn(
             count, self.channels, STEPS, 1, generator=generator, device=_device(self, generator)
         )

@@ -1,4 +1,4 @@
-"""Motion as the critics see it: in the view frame, in the picture, and in crops of the depth map (section 3.3)."""
+"""Inputs of the critics: motion in the view frame, in the picture, and crops of the depth map (section 3.3)."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from torch.nn import functional
 from . import kinematics
 from .start import Start
 
-NEAREST = 0.3  # metres; nearer points are projected as if they were there
+NEAREST = 0.3  # distance (m) to which nearer points are moved for projection
 ASPECT = 9 / 16
 REACH = 1.6
-"""Half the width of a crop at the body's distance, metres. The paper's crops are (Hc / d, Wc / d), Hc and Wc a quarter
-of the picture, with its unit of d; here Wc is what makes a crop as wide as this at every distance."""
+"""Half the width of a crop at the body's distance, metres. The paper's crops are (Hc / d, Wc / d), with Hc and Wc a
+quarter of the picture in its unit of d; here Wc gives a crop of this width at every distance."""
 EVERY = 8  # frames between crops: 9 in 65
 
 
 @dataclass(frozen=True)
 class Motions:
-    """Windows of 65 frames: the given one and 64 more. root: (B, 65, 3). six: (B, 65, 22, 6). positions: (B, 65, 22,
-    3) of the joints, relative to the pelvis. Metres, view frame."""
+    """Windows of 65 frames, the given one and 64 more, in the view frame, metres.
+
+    root: (B, 65, 3). six: (B, 65, 22, 6). positions: (B, 65, 22, 3) of the joints, relative to the pelvis.
+    """
 
     root: torch.Tensor
     six: torch.Tensor
@@ -29,8 +31,10 @@ class Motions:
 
     @classmethod
     def of(cls, start: Start, velocities: torch.Tensor, six: torch.Tensor) -> Motions:
-        """Return the windows of a start, velocities (B, 3, 64) and rotations (B, 64, 22, 6): X = P + R, where
-        R_t is the sum of the velocities before t (section 3.2.1)."""
+        """Return the windows of a start, velocities (B, 3, 64) and rotations (B, 64, 22, 6).
+
+        X = P + R, where R_t is the sum of the velocities before t (section 3.2.1).
+        """
         steps = velocities.transpose(1, 2).cumsum(1)
         root = start.root[:, None] + torch.cat([torch.zeros_like(steps[:, :1]), steps], dim=1)
         every = torch.cat([start.six[:, None], six], dim=1)
@@ -56,8 +60,10 @@ def to_camera(points: torch.Tensor, camera: torch.Tensor) -> torch.Tensor:
 
 
 def project(points: torch.Tensor, start: Start) -> torch.Tensor:
-    """Return places (B, ..., 2) in the picture of points (B, ..., 3): x and y in widths of the picture, from its upper
-    left corner."""
+    """Return positions (B, ..., 2) in the picture of points (B, ..., 3).
+
+    Positions are x and y in widths of the picture, from its upper left corner.
+    """
     seen = to_camera(points, start.camera)
     ahead = seen[..., 2:].clamp(min=NEAREST)
     lens = start.lens.view(len(start), *(1 for _ in points.shape[1:-1]), 3)
@@ -67,10 +73,10 @@ def project(points: torch.Tensor, start: Start) -> torch.Tensor:
 def relative_depth(
     motions: Motions, start: Start, depth: torch.Tensor, size: tuple[int, int] = (36, 64)
 ) -> torch.Tensor:
-    """Return the depth map around the pelvis, minus its own depth, every EVERY frames (B, 9, *size), metres.
+    """Return the depth map around the pelvis, relative to its depth, in every EVERY-th frame (B, 9, *size), metres.
 
     depth: (B, 1, H, W) along the camera's axis. The crop is a spatial transformer (section 3.3.2): gradients reach the
-    motion through the place of the crop and through the subtracted depth. Depths are clamped to 3 m around the body.
+    motion through the position of the crop and through the subtracted depth. Depths are clamped to 3 m around the body.
     """
     pelvis = motions.root[:, ::EVERY]
     place = project(pelvis, start)
@@ -82,7 +88,7 @@ def relative_depth(
         indexing="xy",
     )
     grid = place[:, :, None, None] + half[..., None, None, None] * torch.stack([x, y], -1)
-    # grid_sample counts from -1 to 1 in each direction.
+    # grid_sample expects coordinates from -1 to 1 in each direction.
     grid = grid * torch.tensor([2.0, 2.0 / ASPECT], device=depth.device) - 1
     rows = grid.flatten(1, 2)
     found = functional.grid_sample(depth, rows, padding_mode="border", align_corners=False)

@@ -1,4 +1,4 @@
-"""The scene encoder: a picture to 256 numbers by ResNet-18, and what they know of the scene decoded (section 3.1)."""
+"""The scene encoder: a picture to 256 numbers by ResNet-18, with a decoder for its supervision (section 3.1)."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from torch import nn
 from torch.nn import functional
 
 MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
-"""Of the colours that published ResNet-18 weights were trained with."""
+"""Mean and standard deviation of colours for published ResNet-18 weights."""
 DECODED = (36, 64)
-MIDDLE_DEPTH = 3.0  # metres, what the decoder says before it is trained
+MIDDLE_DEPTH = 3.0  # depth (m) decoded from a zero output
 CLASSES = 13
 GRID = (4, 8)
 
@@ -57,16 +57,16 @@ class ResNet18(nn.Module):
 
 
 class SceneEncoder(nn.Module):
-    """A picture to a scene feature, and the feature to depth, normals and classes.
+    """An encoder of a picture to a scene feature, with a decoder of the feature to depth, normals and classes.
 
-    The decoder starts from the feature alone, so that the structure of the scene has to be in it. channels: 3 for
+    The decoder has no other input, so that the feature has to contain the structure of the scene. channels: 3 for
     colours, 4 for inverse depth and normals.
     """
 
     def __init__(self, scene: int = 256, channels: int = 3, width: int = 64) -> None:
         super().__init__()
         self.trunk = ResNet18(channels, width)
-        # Pooling to a single cell would drop where things are.
+        # Pooling to a single cell would discard positions.
         self.narrow = nn.Conv2d(8 * width, width, 1)
         self.feature = nn.Linear(width * GRID[0] * GRID[1], scene)
         self.decoder = SceneDecoder(scene, width)
@@ -79,14 +79,14 @@ class SceneEncoder(nn.Module):
     def load_published(self, tensors: dict[str, torch.Tensor]) -> None:
         """Load ResNet-18 weights with the usual names, such as ImageNet's; the classifier ``fc`` is left out.
 
-        Raises RuntimeError where they do not fit.
+        Raise RuntimeError where they do not fit.
         """
         kept = {name: value for name, value in tensors.items() if not name.startswith("fc.")}
         self.trunk.load_state_dict(kept)
 
 
 class SceneDecoder(nn.Module):
-    """A scene feature to maps of DECODED size: depth (metres), normals, classes."""
+    """A decoder of a scene feature to maps of DECODED size: depth (metres), normals, classes."""
 
     def __init__(self, scene: int, width: int) -> None:
         super().__init__()
@@ -119,9 +119,9 @@ def normalised(colours: torch.Tensor) -> torch.Tensor:
 def normals_of(depth: torch.Tensor, lens: torch.Tensor) -> torch.Tensor:
     """Return normals (B, H, W, 3) in camera coordinates (x right, y down, z forward), towards the camera.
 
-    They are of the triangle that each pixel makes with its right and its lower neighbour, so that they are the same
-    whatever a picture was rendered with. depth: (B, H, W) metres along the camera's axis; 0 is nothing, with normal
-    0. lens: (B, 3) focal length and principal point in widths.
+    They are computed from each pixel and its right and lower neighbours, and so independent of the renderer. depth:
+    (B, H, W) metres along the camera's axis, 0 where there is none, with normal 0. lens: (B, 3) focal length and
+    principal point in widths.
     """
     count, height, width = depth.shape
     y, x = torch.meshgrid(
@@ -142,7 +142,7 @@ def normals_of(depth: torch.Tensor, lens: torch.Tensor) -> torch.Tensor:
 def geometry(depth: torch.Tensor, normals: torch.Tensor) -> torch.Tensor:
     """Return network inputs (B, 4, H, W) of depth (B, H, W), metres, and normals (B, H, W, 3), see `normals_of`.
 
-    Inverse depth: what is near counts most, and 0 is nothing.
+    Depth is inverted, which emphasises near surfaces; 0 means no depth.
     """
     inverse = torch.where(depth > 0, 1 / depth.clamp(min=0.2), torch.zeros_like(depth))
     return torch.cat([2 * inverse[:, None] - 1, normals.permute(0, 3, 1, 2)], dim=1).contiguous()

@@ -1,7 +1,7 @@
-"""The condition that every window begins with: the initial pose, where it is in the view, and how it moves.
+"""The initial condition of every window: the initial pose, its position in the view, and its velocity.
 
-The paper's condition is the root-centred initial pose; it centres the picture on it. Place and velocities are added:
-the place says how far the camera is away, the velocities let a window go on from the one before it.
+The paper's condition is the root-centred initial pose, on which the picture is centred. Here position and velocities
+are added: the position contains the camera's distance, and velocities let a window continue the previous one.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Start:
         return kinematics.joint_positions(kinematics.matrices(self.six), self.rest)
 
     def condition(self) -> torch.Tensor:
-        """Return the numbers (B, SIZE) that networks see."""
+        """Return the numbers (B, SIZE) that are input to networks."""
         per_joint = torch.cat(
             [self.positions, self.six, self.joint_velocity / _SCALES["speed"]], dim=-1
         ).flatten(1)

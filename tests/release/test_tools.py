@@ -137,7 +137,7 @@ def test_the_walking_part_of_a_walk(action, kept):
 def test_intervals_of_the_tables():
     assert str(tables.Estimate.of([1.0, 2.0, 3.0])) == "2.00 ± 2.48"
     assert str(tables.Estimate.of([4.0])) == "4.00"
-    with pytest.raises(ValueError, match="no values"):
+    with pytest.raises(ValueError, match="at least one value"):
         tables.Estimate.of([])
     low, high = tables.share(97, 100)
     assert low == pytest.approx(0.9155, abs=1e-3) and high == pytest.approx(0.9897, abs=1e-3)

@@ -31,7 +31,7 @@ def test_another_pace_is_the_same_way_in_another_time(factor):
 
 
 def test_no_pace_is_refused():
-    with pytest.raises(ValueError, match="not possible"):
+    with pytest.raises(ValueError, match="has to be positive"):
         augment.paced(clip(5), 0.0)
 
 

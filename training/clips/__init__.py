@@ -1,1 +1,1 @@
-"""Motion capture files of other people's skeletons to training clips: 22 SMPL-X joints, 30 fps, feet on the floor."""
+"""Import motion capture on any skeleton as training clips: 22 SMPL-X joints, 30 fps, feet on the floor."""

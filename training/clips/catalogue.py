@@ -1,4 +1,4 @@
-"""Clips as files, and the table that tells what is in each of them."""
+"""Clips as files, and the catalogue that lists the contents of each."""
 
 from __future__ import annotations
 
@@ -20,13 +20,16 @@ COLUMNS = (
     "clip", "action", "subject", "description", "seconds", "walk_s", "run_s", "idle_s", "sit_s", "lie_s", "intervals",
     "events", "frames", "glitch_frames", "slide_cm_s", "body_penetration_cm", "source", "licence",
 )  # fmt: skip
-STEPS = 16384  # to a unit, of stored quaternions: they compress to two bytes
+STEPS = 16384  # quantisation steps per unit of stored quaternions, which then compress to two bytes
 
 
 @dataclass(frozen=True, eq=False)
 class ImportedClip:
-    """A clip and what is known of its frames: labels (T,), contact (T, 4) of left heel, left ball, right heel, right
-    ball, glitch (T,) flags of pops. description: words from its name or from a list."""
+    """A clip with its annotations.
+
+    labels: (T,) names of actions. contact: (T, 4) of left heel, left ball, right heel, right ball. glitch: (T,) flags
+    of pops. description: words from the file's name or from a list.
+    """
 
     name: str
     motion: Motion
@@ -41,7 +44,7 @@ class ImportedClip:
 
 
 def save(clip: ImportedClip, folder: Path) -> Path:
-    """Writes folder/NAME.npz, in the form that training/mocap/clip_files.py reads."""
+    """Write folder/NAME.npz in the format that training/mocap/clip_files.py reads; return its path."""
     count = skeleton.BODY_COUNT
     path = folder / f"{clip.name}.npz"
     np.savez_compressed(
@@ -64,7 +67,7 @@ def save(clip: ImportedClip, folder: Path) -> Path:
 
 
 def row(clip: ImportedClip, source: str, licence: str) -> dict[str, object]:
-    """The clip's line of the catalogue."""
+    """Return the clip's line of the catalogue."""
     seconds = lambda *names: round(float(np.isin(clip.labels, names).sum()) / clip.motion.fps, 1)
     runs = label_runs(clip.labels)
     at = lambda frame: round(frame / clip.motion.fps, 2)
@@ -92,7 +95,7 @@ def row(clip: ImportedClip, source: str, licence: str) -> dict[str, object]:
 
 
 def main_action(labels: np.ndarray) -> str:
-    """The one word for a clip: what is rare and wanted if there is any of it, else what there is most of."""
+    """Return the main action of labels (T,): lying or sitting where at least 10 frames show it, else the commonest."""
     for action, names in (("lie", ("lie",)), ("sit", ("sit", "sit_down", "stand_up"))):
         if np.isin(labels, names).sum() >= 10:
             return action
@@ -101,14 +104,18 @@ def main_action(labels: np.ndarray) -> str:
 
 
 def contact_slide(clip: ImportedClip) -> float:
-    """Mean speed over the floor of points in contact, cm/s; 0 without any."""
+    """Return the mean horizontal speed of points in contact, cm/s; 0 without contacts."""
     speed = flat_speed(soles(clip.motion), clip.motion.fps)[clip.contact > 0]
     return round(float(speed.mean()) * 100, 2) if len(speed) else 0.0
 
 
 def rest_events(clip: ImportedClip) -> list[dict[str, float | None]]:
-    """Sits and lies: seconds at which the body begins to go down, rests, leaves and stands; the pelvis' height,
-    metres; the trunk's cosine to the vertical; the heading, degrees; metres walked before and after in the clip."""
+    """Return the sits and lies of a clip.
+
+    Each has the times, seconds, at which the body begins to descend, rests, leaves and stands; the height of the
+    pelvis, metres; the cosine between trunk and vertical; the heading, degrees; the distances walked before and
+    after it in the clip, metres.
+    """
     runs = label_runs(clip.labels)
     at = lambda frame: round(frame / clip.motion.fps, 2)
     way = np.concatenate(
@@ -139,7 +146,7 @@ def rest_events(clip: ImportedClip) -> list[dict[str, float | None]]:
 
 
 def write_catalogue(rows: Sequence[dict[str, object]], path: Path) -> None:
-    """Writes the catalogue, a line for each clip."""
+    """Write the catalogue as CSV, a line for each clip."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, fieldnames=COLUMNS)
         writer.writeheader()

@@ -1,4 +1,4 @@
-"""Feet of a retargeted clip: the floor under those that stand, contacts, a lock on heels and balls, bent toes."""
+"""Feet of a retargeted clip: floor height from standing feet, contacts, locked heels and balls, bent toes."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from ...samp_addon.refine.inverse_kinematics import solve_limb
 from ...samp_addon.refine.runs import runs
 
 SIDES = ("left", "right")
-SLOW, LOW = 0.40, 0.055  # m/s and metres over the floor of a ball that stands; a heel is stricter
-HEEL_SLOW, HEEL_LOW = 0.85, 0.75  # of these
-RUN = 2.0  # m/s of the pelvis over which 30 frames a second smear what stands
-RUN_SLOW, RUN_LOW = 0.25, 0.065  # of the pelvis' speed, and metres, of a ball that stands then
-SHORTEST, GAP = 4, 2  # frames of a contact, and of a gap in it that is closed
-PLANTED = 0.35  # m/s of a ball that tells the floor
-CLEARANCE = 0.02  # metres between the floor and the lowest point of a foot on its way; its skin is 5 mm lower
-FULL_STEP = 0.25  # metres of way from which a step has all of it
+SLOW, LOW = 0.40, 0.055  # highest speed (m/s) and height (m) of a ball in contact
+HEEL_SLOW, HEEL_LOW = 0.85, 0.75  # factors on these for a heel
+RUN = 2.0  # pelvis speed (m/s) above which contacts are blurred at 30 frames a second
+RUN_SLOW, RUN_LOW = 0.25, 0.065  # then: share of the pelvis' speed, and height (m), of a ball in contact
+SHORTEST, GAP = 4, 2  # frames: shortest contact, longest gap in it that is closed
+PLANTED = 0.35  # highest speed (m/s) of a ball from which the floor is estimated
+CLEARANCE = 0.02  # metres between the floor and the lowest point of a swinging foot; its skin is 5 mm lower
+FULL_STEP = 0.25  # step length (m) from which the clearance is applied in full
 RISE, SMALL = (
     4.0,
     0.005,
-)  # frames in which a foot gets there, and metres of clearance under which a lift fades
-TOES_FREE = 0.05  # metres of the ball over the floor from which toes are left alone
+)  # frames in which a foot reaches the clearance, and metres of clearance below which a lift fades
+TOES_FREE = 0.05  # height (m) of the ball from which toes are not bent
 MOST_BEND = np.radians(60.0)
-CARRIED = 2.0  # frames, standard deviation over which the pelvis follows the corrections of standing feet
-EVEN = 0.4  # frames, standard deviation over which corrections are smoothed
+CARRIED = 2.0  # frames, sigma of the pelvis' correction, which follows those of standing feet
+EVEN = 0.4  # frames, sigma of the smoothing of foot corrections
 BLEND = 7  # frames over which a correction fades outside contacts
-SETTLED, OVER = 0.12, 0.03  # m/s and metres of a point that is in contact after the lock
-MOST_SINK = 0.25  # metres over the floor of a lying body's lowest joint that are taken off
+SETTLED, OVER = 0.12, 0.03  # highest speed (m/s) and height (m) of a point in contact after the lock
+MOST_SINK = 0.25  # metres by which a lying body is lowered onto the floor, at most
 LYING_RADII = {"pelvis": 0.105, "hip": 0.10, "spine1": 0.105, "spine2": 0.11, "spine3": 0.115, "neck": 0.06,
                "head": 0.09, "knee": 0.055, "ankle": 0.04, "collar": 0.08, "shoulder": 0.065, "elbow": 0.042,
                "wrist": 0.03, "foot": 0.03}  # fmt: skip
-"""Metres from a joint to the skin under it."""
+"""Distance from a joint to the skin under it, metres."""
 
 
 def soles(motion: Motion) -> np.ndarray:
-    """Lowest points (T, 4, 3) of left heel, left ball, right heel, right ball, metres."""
+    """Return the lowest points (T, 4, 3) of left heel, left ball, right heel, right ball, metres."""
     positions, globals_ = motion.forward_kinematics()
     return np.stack(
         [point for side in SIDES for point in sole_points(positions, globals_, motion.rest_joints, side)], 1
@@ -51,14 +51,14 @@ def soles(motion: Motion) -> np.ndarray:
 
 
 def flat_speed(points: np.ndarray, fps: float) -> np.ndarray:
-    """Speed over the floor (T, ...), m/s, of points (T, ..., 3)."""
+    """Return the horizontal speed (T, ...), m/s, of points (T, ..., 3)."""
     if len(points) < 2:
         return np.zeros(points.shape[:-1])
     return np.linalg.norm(np.gradient(points[..., [0, 2]], 1 / fps, axis=0), axis=-1)
 
 
 def touching(motion: Motion) -> np.ndarray:
-    """Contacts (T, 4), flags, of heels and balls that are low and slow; the floor is at y = 0."""
+    """Return contact flags (T, 4) of heels and balls that are low and slow; the floor is at y = 0."""
     points = soles(motion)
     pace = uniform_filter1d(flat_speed(motion.root, motion.fps), 15, mode="nearest")
     running = pace > RUN
@@ -75,10 +75,10 @@ def touching(motion: Motion) -> np.ndarray:
 
 
 def floor_height(motion: Motion, lying: np.ndarray | None = None) -> float:
-    """Height of the floor, metres: the median of the lower sole points of feet that are slow, and low for that foot.
+    """Return the height of the floor, metres: the median of the lower sole points of slow feet at their lowest.
 
-    lying: (T,) flags of frames that tell nothing. Where no foot is slow, as in a run, the low points of the feet's
-    paths tell.
+    lying: (T,) flags of frames to leave out. Where no foot is slow, as in a run, the low points of the feet's paths
+    are used.
     """
     points = soles(motion)
     counts = np.ones(len(motion), bool) if lying is None else ~lying
@@ -99,7 +99,7 @@ def floor_height(motion: Motion, lying: np.ndarray | None = None) -> float:
 
 
 def lowest(motion: Motion) -> np.ndarray:
-    """Height (T,) of the lowest point of the body, joints taken as balls, metres."""
+    """Return the height (T,), metres, of the lowest point of the body, with joints taken as balls."""
     positions, _ = motion.forward_kinematics()
     radii = [LYING_RADII[name.split("_")[-1]] for name in skeleton.BODY_JOINTS]
     body = (positions[:, : skeleton.BODY_COUNT, 1] - np.array(radii)).min(1)
@@ -107,7 +107,7 @@ def lowest(motion: Motion) -> np.ndarray:
 
 
 def grounded(motion: Motion, lying: np.ndarray | None = None) -> Motion:
-    """The motion with its floor at y = 0; where it lies, (T,) flags, the body is on the floor."""
+    """Return the motion with its floor at y = 0, and the body on the floor in frames flagged lying (T,)."""
     up = np.array([0.0, 1.0, 0.0])
     motion = replace(motion, root=motion.root - up * floor_height(motion, lying))
     if lying is None or not lying.any():
@@ -121,9 +121,9 @@ def grounded(motion: Motion, lying: np.ndarray | None = None) -> Motion:
 
 
 def locked(motion: Motion, contact: np.ndarray) -> Motion:
-    """The motion with heels and balls held where they are in contact (T, 4), soles on the floor, toes bent.
+    """Return the motion with heels and balls locked during contact (T, 4), soles on the floor, toes bent.
 
-    Where a leg would be too short for its foot the pelvis sinks a little.
+    Where a leg is too short to reach its locked foot, the pelvis is lowered.
     """
     positions, globals_ = motion.forward_kinematics()
     points = soles(motion)
@@ -150,8 +150,10 @@ def locked(motion: Motion, contact: np.ndarray) -> Motion:
 
 
 def _carried(corrections: list[Correction]) -> np.ndarray:
-    """How far the pelvis rises (T,) with the feet that it stands on, so that knees stay as they are: a centimetre is
-    eight degrees in a knee that is nearly straight."""
+    """Return the rise (T,) of the pelvis, metres, with the feet that carry it.
+
+    This preserves the knees' flexion: in a nearly straight knee, a centimetre is eight degrees.
+    """
     weight = np.sum([one.standing.astype(float) for one in corrections], axis=0)
     total = np.sum([one.offset[:, 1] * one.standing for one in corrections], axis=0)
     blurred = lambda values: gaussian_filter1d(values, CARRIED, mode="nearest")
@@ -159,9 +161,9 @@ def _carried(corrections: list[Correction]) -> np.ndarray:
 
 
 def flat_toes(root: np.ndarray, local: np.ndarray, rest: np.ndarray, foot: Foot) -> np.ndarray:
-    """Local rotations (T, J, 4) with toes that lie flat where the ball is on the floor, and never go into it.
+    """Return local rotations (T, J, 4) with toes flat where the ball is on the floor, and never inside it.
 
-    Toes bend about the foot's own axis, from side to side.
+    Toes bend about the foot's own lateral axis.
     """
     positions, globals_ = skeleton.forward_kinematics(root, local, rest)
     ahead = (rest[foot.ball] - rest[foot.ankle]) * np.array([1.0, 0.0, 1.0])
@@ -181,8 +183,11 @@ def flat_toes(root: np.ndarray, local: np.ndarray, rest: np.ndarray, foot: Foot)
 
 
 def _held(points: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Corrections (T, 3) of a foot and flags (T,) of its standing, by its heel and ball: points (T, 2, 3), contact
-    (T, 2). The ball is held while it stands, else the heel; what is held changes hands without a jump."""
+    """Return offsets (T, 3), metres, that lock a foot, and flags (T,) of its stances.
+
+    points: (T, 2, 3) and contact: (T, 2) of heel and ball. The ball is locked while in contact, else the heel; the
+    change from one to the other is continuous.
+    """
     count = len(points)
     stands = contact.any(1)
     offset = np.zeros((count, 3))
@@ -191,7 +196,7 @@ def _held(points: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarr
         held = np.where(contact[start:stop, 1], 1, 0)
         path = points[np.arange(start, stop), held]
         steps = np.diff(path, axis=0)
-        # From one held point to the other the foot goes on as it does by itself.
+        # Between the two locked points the foot keeps its own motion.
         steps[held[1:] != held[:-1]] = 0.0
         inside = -np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
         offset[start:stop] = inside - inside.mean(0)
@@ -204,8 +209,10 @@ def _held(points: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _lift(lowest_point: np.ndarray, ball: np.ndarray, stands: np.ndarray) -> np.ndarray:
-    """How much higher (T,) a foot goes between two stances, so that it clears the floor. lowest_point: (T,) heights
-    over the floor, ball: (T, 3)."""
+    """Return the lift (T,), metres, with which a foot clears the floor between two stances.
+
+    lowest_point: (T,) heights over the floor. ball: (T, 3) positions.
+    """
     wanted = np.zeros(len(ball))
     stances = runs(stands, 1, 0)
     for (_, before), (after, _) in zip(stances[:-1], stances[1:], strict=True):
@@ -222,6 +229,6 @@ def _lift(lowest_point: np.ndarray, ball: np.ndarray, stands: np.ndarray) -> np.
 
 
 def settled(motion: Motion, contact: np.ndarray) -> np.ndarray:
-    """The contacts (T, 4) that are left of these: points which neither move nor float after the lock."""
+    """Return the contacts (T, 4) that remain valid after the lock: points that neither slide nor float."""
     points = soles(motion)
     return contact & (flat_speed(points, motion.fps) < SETTLED) & (points[..., 1] < OVER)

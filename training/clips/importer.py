@@ -1,4 +1,4 @@
-"""Motion capture files to training clips.
+"""Import motion capture files as training clips.
 
 python -m samp_blender.training.clips.importer --input FOLDER --output CLIPS --set NAME [--beside OTHER ...]
 
@@ -30,13 +30,13 @@ from .retarget import retargeted
 from .straightness import corrections
 
 SUBJECT = r"^(?:[a-z]+_)?(\d+)_|^([^_]+)"
-"""Whose clip it is, by its name: its first number, else its first part."""
+"""Pattern of the subject in a clip's name: its first number, else its first part."""
 
-FEWEST = 12  # frames of a clip
+FEWEST = 12  # frames of the shortest clip
 
 
 def files_of(inputs: Sequence[Path]) -> list[Path]:
-    """The motion files among these, folders searched to the bottom. Raises SampError where there are none."""
+    """Return the motion files in these paths, folders searched recursively. Raise SampError where there are none."""
     known = {*formats.READERS, ".c3d"}
     found: list[Path] = []
     for path in inputs:
@@ -45,12 +45,12 @@ def files_of(inputs: Sequence[Path]) -> list[Path]:
         every = sorted(path.rglob("*")) if path.is_dir() else [path]
         found += [one for one in every if one.suffix.lower() in known]
     if not found:
-        raise SampError("No .bvh, .fbx, .amc, .c3d or .npz file is there.")
+        raise SampError("No .bvh, .fbx, .amc, .c3d or .npz file was found.")
     return found
 
 
 def subject_of(name: str, pattern: str = SUBJECT) -> str:
-    """Whose clip it is: the first group of the pattern that matches the name, or the whole match."""
+    """Return the subject in a clip's name: the first matching group of the pattern, or the whole match."""
     match = re.search(pattern, name)
     if match is None:
         return ""
@@ -93,7 +93,10 @@ def imported(
     descriptions: Mapping[str, str] | None = None,
     prefix: str = "",
 ) -> Iterator[ImportedClip]:
-    """Clips of one person's recordings on one skeleton. Raises SampError where its joints cannot be identified."""
+    """Yield the clips of one subject's recordings on one skeleton.
+
+    Raise SampError where its joints cannot be identified.
+    """
     recordings, mapping = mapped(recordings)
     leg, arm = corrections(recordings, mapping)
     for one in recordings:
@@ -105,7 +108,7 @@ def imported(
 
 
 def finished(motion: Motion, known: np.ndarray | None, text: str) -> ImportedClip:
-    """A retargeted motion on its floor, feet locked, labelled, pops flagged. known: labels (T,) of the file."""
+    """Return a retargeted motion on its floor, feet locked, labelled, pops flagged. known: labels (T,) of the file."""
     lies = (
         labels.lying(feet.grounded(motion))
         if known is None
@@ -122,7 +125,7 @@ def finished(motion: Motion, known: np.ndarray | None, text: str) -> ImportedCli
 
 
 def descriptions_of(path: Path | None) -> dict[str, str]:
-    """Clip -> description, of a .csv with the columns clip and description."""
+    """Read clip -> description from a .csv with the columns clip and description."""
     if path is None:
         return {}
     with path.open(newline="", encoding="utf-8") as file:
@@ -130,15 +133,15 @@ def descriptions_of(path: Path | None) -> dict[str, str]:
 
 
 def run(options: argparse.Namespace) -> dict[str, float | None]:
-    """Imports, writes and prints; returns the set's measures."""
+    """Import the files, write clips and catalogue, print problems; return the set's measures."""
     options.output.mkdir(parents=True, exist_ok=True)
     paths = files_of(options.input)
-    told = descriptions_of(options.descriptions)
+    descriptions = descriptions_of(options.descriptions)
     problems: list[str] = []
     rows, measured = [], quality.Quality()
     for subject, group in recordings_of(paths, options.subject, problems):
         try:
-            for clip in imported(group, subject, told, options.prefix):
+            for clip in imported(group, subject, descriptions, options.prefix):
                 catalogue.save(clip, options.output)
                 rows.append(catalogue.row(clip, options.set, options.licence))
                 measured.add(clip.motion, clip.labels, clip.glitch)
@@ -150,24 +153,33 @@ def run(options: argparse.Namespace) -> dict[str, float | None]:
     for problem in problems:
         print(problem, file=sys.stderr)
     if not rows:
-        raise SampError(f"No clip came of {len(paths)} files.")
+        raise SampError(f"No clip could be imported from {len(paths)} files.")
     return measured.numbers()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; returns its exit status: 1 where nothing could be imported, 2 for unusable arguments."""
+    """Run the command; return its exit status: 1 where nothing could be imported, 2 for unusable arguments."""
     parser = argparse.ArgumentParser(prog="importer", description=__doc__.splitlines()[0])
     parser.add_argument("--input", type=Path, nargs="+", required=True, metavar="PATH")
     parser.add_argument("--output", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--set", default="import", help="name of the set, for the catalogue")
-    parser.add_argument("--licence", default="", help="its licence, for the catalogue")
-    parser.add_argument("--prefix", default="", help="before the clips' names")
+    parser.add_argument("--licence", default="", help="licence of the set, for the catalogue")
+    parser.add_argument("--prefix", default="", help="prefix of the clips' names")
     parser.add_argument(
-        "--subject", default=SUBJECT, help="pattern whose first group is the person in a name"
+        "--subject",
+        default=SUBJECT,
+        help="regular expression whose first group is the subject in a file's name",
     )
-    parser.add_argument("--descriptions", type=Path, metavar="CSV", help="columns clip and description")
     parser.add_argument(
-        "--beside", type=Path, nargs="*", default=[], metavar="FOLDER", help="sets to compare with"
+        "--descriptions", type=Path, metavar="CSV", help="file with the columns clip and description"
+    )
+    parser.add_argument(
+        "--beside",
+        type=Path,
+        nargs="*",
+        default=[],
+        metavar="FOLDER",
+        help="folders of clips to compare with",
     )
     options = parser.parse_args(arguments)
     began = time.time()

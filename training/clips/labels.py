@@ -1,5 +1,4 @@
-"""What goes on in each frame of a clip, by its name, the pelvis' height and speed and how much the feet are planted;
-and which frames hold a pop."""
+"""Label each frame of a clip by its name, the pelvis' height and speed, and foot contact; flag frames with pops."""
 
 from __future__ import annotations
 
@@ -16,31 +15,31 @@ from .feet import flat_speed
 LABELS = (
     "other", "idle", "shift", "walk", "run", "sit_down", "sit", "stand_up", "lie_down", "lie", "get_up",
 )  # fmt: skip
-STAND = 0.94  # metres of the pelvis over the floor, standing
-LOWER, HIGHER = 0.14, 0.09  # metres from that of a pelvis that crouches, or jumps
-STANDS = 0.05  # metres under it of a pelvis that has stood up, or not begun to sit down
-SETTLED = 0.03  # metres of the pelvis around its resting height while it sits
+STAND = 0.94  # height (m) of the pelvis over the floor, standing
+LOWER, HIGHER = 0.14, 0.09  # metres below and above it from which a body crouches or jumps
+STANDS = 0.05  # metres below it within which a body counts as standing, before and after a rest
+SETTLED = 0.03  # metres by which the pelvis may leave its resting height while seated
 SHIFT, WALK, RUN, JOG = 0.12, 0.30, 2.3, 1.1  # m/s of the pelvis
-PLANTED = 0.385  # share of the time that a foot is planted, less in a jog: a walker's is over 0.41
-STEP, TURN = 0.22, 0.5  # m/s of an ankle, rad/s of the pelvis, of somebody who shifts
+PLANTED = 0.385  # share of frames in contact, per foot, below which motion is a jog; walking is over 0.41
+STEP, TURN = 0.22, 0.5  # speed (m/s) of an ankle and yaw rate (rad/s) of the pelvis from which a body shifts
 SEATED_SPEED, THIGHS = 0.25, np.cos(np.radians(45.0))  # m/s; cosine between a seated thigh and the vertical
 TRUNK_UP, TRUNK_LAID = 0.5, 0.4  # cosine between trunk and vertical while sitting, and while lying
-LYING = 0.45  # metres of a lying pelvis over the floor
+LYING = 0.45  # height (m) over the floor below which the pelvis of a lying body is
 SITS = re.compile(r"\b(sit|sits|sitting|seated|seat|chair|stool|sofa|couch|stand up|stand_up)\b")
 RUNS = re.compile(r"run|jog|sprint")
 WALKS = re.compile(r"walk|stroll|step|turn")
-POP, POPS_ALL = 140.0, 220.0  # m/s^2 of several joints, and of any after the lock
-ENDS = 0.18  # share of a clip at either end from which frames with pops are cut off
+POP, POPS_ALL = 140.0, 220.0  # acceleration (m/s^2) of a pop: of several joints, and of any single one
+ENDS = 0.18  # share of a clip at either end within which frames with pops are cut off
 
 
 def words(text: str) -> str:
-    """A file's name in small words."""
+    """Return a file's name as lower-case words."""
     text = re.sub(r"(?<=[a-z])(?=[A-Z0-9])|[_\W]+", " ", text)
     return re.sub(r"\s+", " ", text).strip().lower()
 
 
 def labelled(motion: Motion, contact: np.ndarray, text: str) -> np.ndarray:
-    """Names (T,) of what goes on. contact: (T, 4). text: the clip's name or description, in words."""
+    """Return labels (T,) of a motion. contact: (T, 4) flags. text: the clip's name or description."""
     found = _on_foot(motion, contact)
     text = words(text)
     if WALKS.search(text) and not RUNS.search(text):
@@ -52,19 +51,20 @@ def labelled(motion: Motion, contact: np.ndarray, text: str) -> np.ndarray:
 
 
 def lying(motion: Motion) -> np.ndarray:
-    """Flags (T,) of frames in which the body lies on the floor, for two thirds of a second at least."""
+    """Flag frames (T,) in which the body lies on the floor, for at least two thirds of a
+    second."""
     return _lasting((motion.root[:, 1] < LYING) & (np.abs(trunk_up(motion)) < TRUNK_LAID), motion.fps)
 
 
 def trunk_up(motion: Motion) -> np.ndarray:
-    """Cosine (T,) between the trunk, pelvis to neck, and the vertical."""
+    """Return the cosine (T,) between the trunk, pelvis to neck, and the vertical."""
     positions, _ = motion.forward_kinematics()
     trunk = positions[:, skeleton.INDEX["neck"]] - positions[:, 0]
     return trunk[:, 1] / np.maximum(np.linalg.norm(trunk, axis=-1), 1e-9)
 
 
 def _on_foot(motion: Motion, contact: np.ndarray) -> np.ndarray:
-    """Names (T,) by speed alone, everything far from standing height being other."""
+    """Return labels (T,) by speed alone; frames far from standing height are "other"."""
     positions, globals_ = motion.forward_kinematics()
     even = lambda x, k=15: uniform_filter1d(x, min(k, 2 * (len(x) // 2) + 1), mode="nearest")
     speed = even(flat_speed(motion.root, motion.fps))
@@ -91,7 +91,7 @@ def _on_foot(motion: Motion, contact: np.ndarray) -> np.ndarray:
 
 
 def _seated(motion: Motion) -> np.ndarray:
-    """Flags (T,) of frames in which the pelvis rests low, under an upright trunk and over raised thighs."""
+    """Flag frames (T,) in which the pelvis rests low, with an upright trunk and raised thighs."""
     positions, _ = motion.forward_kinematics()
     thighs = []
     for side in ("left", "right"):
@@ -111,10 +111,10 @@ def _lasting(mask: np.ndarray, fps: float) -> np.ndarray:
 
 
 def _mark_rests(found: np.ndarray, motion: Motion, rests: np.ndarray, names: tuple[str, str, str]) -> None:
-    """Writes the names of going down, resting and getting up into found (T,), for each run of rest.
+    """Write the labels of descending, resting and getting up into found (T,), for each run of rest.
 
-    A rest lasts while the pelvis is near its resting height; it is gone down to from the last frame before it in
-    which the body stood, and left until it stands again. Clips may begin or end with it.
+    A rest lasts while the pelvis is near its resting height. The descent begins after the last standing frame before
+    it, and getting up lasts until the body stands again. Clips may begin or end with a rest.
     """
     height = uniform_filter1d(motion.root[:, 1], 5, mode="nearest")
     stood = height > STAND - STANDS
@@ -134,7 +134,7 @@ def _mark_rests(found: np.ndarray, motion: Motion, rests: np.ndarray, names: tup
 
 
 def _grown(near: np.ndarray, start: int, stop: int, before: int, after: int) -> tuple[int, int]:
-    """A run of frames and those around it that are near its level, between two others."""
+    """Extend a run of frames by adjacent ones near its level, between the frames before and after."""
     while start > before and near[start - 1]:
         start -= 1
     while stop < after and near[stop]:
@@ -143,7 +143,7 @@ def _grown(near: np.ndarray, start: int, stop: int, before: int, after: int) -> 
 
 
 def pops(motion: Motion) -> np.ndarray:
-    """Flags (T,) of frames around one in which several joints at once accelerate as no body does."""
+    """Flag frames (T,) around pops: several joints accelerate at once more than a body can."""
     flags = np.zeros(len(motion), bool)
     if len(motion) < 4:
         return flags
@@ -160,7 +160,7 @@ def pops(motion: Motion) -> np.ndarray:
 
 
 def sound_part(glitch: np.ndarray) -> slice:
-    """The frames that are left when pops (T,) near either end are cut off with what is beyond them."""
+    """Return the frames that remain when pops (T,) near either end are cut off with all frames beyond them."""
     count = len(glitch)
     start, stop = 0, count
     for first, last in runs(glitch, 1, 0):

@@ -1,8 +1,8 @@
-"""Which joint of a captured skeleton is which of ours, and the rotation between the two in a rest pose.
+"""Map the joints of a captured skeleton to SMPL-X's, with the rotation between the two in a rest pose.
 
 With A the axes in which the skeleton's rest pose faces +Z, U the rotation of a bone from its rest pose and T the
-rotation that brings the rest pose's limb onto SMPL-X's T-pose, our joint's rotation is (A^-1 U A) T^-1: constant
-but for U. So neither the pose at rest, nor a bone's own axes, nor the unit matter.
+rotation that brings the rest pose's limb onto SMPL-X's T-pose, the SMPL-X joint's rotation is (A^-1 U A) T^-1, where
+only U varies. The result depends neither on the rest pose, nor on a bone's own axes, nor on the unit of length.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from .recording import Recording
 
 SPINE = ("spine1", "spine2", "spine3")
 INSTEAD = {"collar": "spine3", "wrist": "elbow", "foot": "ankle", "neck": "spine3", "head": "neck"}
-"""Joints that a skeleton may lack, and those that they turn with."""
+"""Joints that a skeleton may lack, and those whose rotation they copy."""
 
-UPRIGHT = np.cos(np.radians(35.0))  # cosine between the legs, or the trunk, of a rest pose and its up
-STRAIGHT = 0.97  # distance from hip to ankle over the leg's length in a pose that can stand for the rest pose
-STILL = 0.2  # leg lengths a second of the pelvis in such a pose
+UPRIGHT = np.cos(np.radians(35.0))  # least cosine between limbs or trunk of a rest pose and its vertical
+STRAIGHT = 0.97  # least distance from hip to ankle over the leg's length in a pose used as rest pose
+STILL = 0.2  # highest speed of the pelvis in such a pose, leg lengths a second
 _ACCLAIM = {"pelvis": "root", "spine1": "lowerback", "spine2": "upperback", "spine3": "thorax", "neck": "lowerneck",
             "head": "head", "hip": "{}femur", "knee": "{}tibia", "ankle": "{}foot", "foot": "{}toes",
             "collar": "{}clavicle", "shoulder": "{}humerus", "elbow": "{}radius", "wrist": "{}hand"}  # fmt: skip
@@ -33,9 +33,12 @@ _ACCLAIM = {"pelvis": "root", "spine1": "lowerback", "spine2": "upperback", "spi
 
 @dataclass(frozen=True, eq=False)
 class Mapping:
-    """From a skeleton to ours. bones: joint -> index. below, above: (22,) indices of bones, share: (22,) from 0 to 1:
-    a joint turns as the rotation between the two does. axes: (3, 3) from network axes to the file's. aligned:
-    (22, 4) quaternions, network frame, from the rest pose to the T-pose. leg: length in the file's unit."""
+    """A map from a captured skeleton to SMPL-X's.
+
+    bones: joint -> index. below, above: (22,) indices of bones; share: (22,) from 0 to 1: a joint's rotation is
+    interpolated between the two. axes: (3, 3) from network axes to the file's. aligned: (22, 4) quaternions, network
+    frame, from the rest pose to the T-pose. leg: length of a leg in the file's unit.
+    """
 
     bones: dict[str, int]
     below: np.ndarray
@@ -47,9 +50,10 @@ class Mapping:
 
 
 def joints_of(recording: Recording) -> dict[str, int]:
-    """Joint -> index of its bone: by the names of known skeletons, else by words in names, else by hierarchy and place.
+    """Return joint -> index of its bone.
 
-    Raises SampError where pelvis, legs or arms cannot be identified.
+    Bones are identified by the names of known skeletons, else by words in names, else by hierarchy and position. Raise
+    SampError where pelvis, legs or arms cannot be identified.
     """
     names = recording.names
     acclaim = {f"{side}_{part}" if "{}" in bone else part: bone.format(side[0])
@@ -66,10 +70,10 @@ def joints_of(recording: Recording) -> dict[str, int]:
 
 
 def mapped(recordings: Sequence[Recording]) -> tuple[list[Recording], Mapping]:
-    """The recordings of one skeleton, and how it relates to ours.
+    """Return the recordings of one skeleton with a common rest pose, and the map of that skeleton.
 
-    All are returned with one rest pose: the first that is of somebody who stands; else the first frame of a file, if
-    that will do (many begin in a T-pose); else the straightest still pose of all. Raises SampError without one.
+    The rest pose is the first that stands upright; else the first frame of a file that does (many begin in a T-pose);
+    else the straightest still pose of all. Raise SampError without one.
     """
     first = recordings[0]
     bones = joints_of(first)
@@ -77,13 +81,13 @@ def mapped(recordings: Sequence[Recording]) -> tuple[list[Recording], Mapping]:
     if pose is None:
         pose = _standing_pose(recordings, bones)
     if pose is None:
-        raise SampError(f"'{first.name}' has no rest pose, and nobody stands in it to find one.")
+        raise SampError(f"'{first.name}' has neither a rest pose nor a frame with an upright body.")
     recordings = [one.rested_at(*pose) for one in recordings]
     return recordings, _mapping(recordings[0], bones)
 
 
 def stands(joints: np.ndarray, bones: dict[str, int]) -> bool:
-    """Whether joints (J, 3) are those of an upright body: legs straight under the trunk, feet forwards."""
+    """Return whether joints (J, 3) form an upright body: legs straight under the trunk, feet forwards."""
     at = lambda joint: joints[bones[joint]]
     middle = lambda joint: (at(f"left_{joint}") + at(f"right_{joint}")) / 2
     up = middle("shoulder") - middle("ankle")
@@ -105,7 +109,7 @@ def stands(joints: np.ndarray, bones: dict[str, int]) -> bool:
 def _standing_pose(
     recordings: Sequence[Recording], bones: dict[str, int]
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Joints (J, 3) and turns (J, 4) of a pose that can replace the rest pose; None where no frame is standing."""
+    """Return joints (J, 3) and turns (J, 4) of a pose that can replace the rest pose; None where no frame stands."""
     for one in recordings:
         if stands(one.positions[0], bones):
             return one.positions[0], one.turns[0]
@@ -125,7 +129,7 @@ def _standing_pose(
 
 
 def _leg(positions: np.ndarray, bones: dict[str, int], side: str) -> np.ndarray:
-    """From hip to ankle, and along thigh and shin (T, 2)."""
+    """Return the distance from hip to ankle, and the length along thigh and shin (T, 2)."""
     hip, knee, ankle = (positions[:, bones[f"{side}_{part}"]] for part in ("hip", "knee", "ankle"))
     norm = lambda v: np.linalg.norm(v, axis=-1)
     return np.stack([norm(ankle - hip), norm(knee - hip) + norm(ankle - knee)], -1)
@@ -136,7 +140,7 @@ def _mapping(recording: Recording, bones: dict[str, int]) -> Mapping:
     fit = fitting.fit(
         rig, {joint: recording.names[k] for joint, k in bones.items()}, skeleton.default_rest_joints()
     )
-    # fit's turns belong to links, those of the trunk to none: the trunk stays as it is in the rest pose.
+    # fit's rotations belong to links, and none to the trunk, which stays as in the rest pose.
     aligned = np.tile([1.0, 0.0, 0.0, 0.0], (skeleton.BODY_COUNT, 1))
     for link, turn in zip(fit.links, fit.aligned, strict=True):
         if link.share == 1.0 and link.above in skeleton.BODY_JOINTS:
@@ -160,12 +164,12 @@ def _rig(recording: Recording) -> Rig:
 
 
 def _spread(rig: Rig, bones: dict[str, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each joint the bones between which it turns, and how far from the first to the second.
+    """Return, for each joint (22,), the two bones between which it is interpolated, and the share of the second.
 
-    The three joints of our spine are spread evenly over the skeleton's chain, however long that is.
+    SMPL-X's three spine joints are spread evenly over the skeleton's spine of any length.
     """
-    chain, neck = spines.spine_and_neck(rig, bones)
-    trunk = [bones["pelvis"], *(link.bone for link in chain)]
+    spine, neck = spines.spine_and_neck(rig, bones)
+    trunk = [bones["pelvis"], *(link.bone for link in spine)]
     at: dict[str, tuple[int, int, float]] = {joint: (bone, bone, 1.0) for joint, bone in bones.items()}
     for k, joint in enumerate(SPINE, start=1):
         place = k * (len(trunk) - 1) / len(SPINE)
@@ -188,12 +192,12 @@ def _spread(rig: Rig, bones: dict[str, int]) -> tuple[np.ndarray, np.ndarray, np
 
 
 def places(recording: Recording, mapping: Mapping) -> np.ndarray:
-    """Joint positions (T, J, 3) in network axes, the file's unit."""
+    """Return joint positions (T, J, 3) in network axes, in the file's unit."""
     return recording.positions @ mapping.axes
 
 
 def rotations(recording: Recording, mapping: Mapping) -> np.ndarray:
-    """Global rotations (T, 22, 4) of our joints, network frame."""
+    """Return global rotations (T, 22, 4) of the SMPL-X joints, network frame."""
     turns = rotation.change_basis(recording.unfolded(), mapping.axes.T)
     spread = rotation.slerp(turns[:, mapping.below], turns[:, mapping.above], mapping.share)
     return rotation.multiply(spread, rotation.conjugate(mapping.aligned))

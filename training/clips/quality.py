@@ -1,6 +1,6 @@
-"""What clips are measured by before anything learns from them: straight legs, feet that stand, joints within limits.
+"""Measure clips before training: knee and elbow flexion, sliding feet, joint limits, jerk.
 
-Numbers of a set are pooled over the frames of its clips; the same are printed beside those of other sets.
+Measures of a set are pooled over the frames of its clips, and printed beside those of other sets.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from ...samp_addon.motion import Motion
 from .retarget import twist
 
 WANTED = {"knee idle": 19.0, "knee walk": 33.0, "knee straightest": 10.0}
-"""Degrees that a set's median knee flexion, idle and walking, and its straightest twentieth stay under; more is a
-crouch, which networks learn."""
+"""Upper limits, degrees, of a set's median knee flexion, idle and walking, and of its straightest twentieth; above
+them the set teaches networks to crouch."""
 
 COLUMNS = (
     "clips", "minutes", "knee idle", "knee walk", "knee straightest", "elbow idle", "elbow walk", "elbow straightest",
@@ -27,23 +27,22 @@ COLUMNS = (
 )  # fmt: skip
 _SWING = {"wrist": 85, "ankle": 60, "neck": 55, "head": 55, "spine1": 55, "spine2": 55, "spine3": 55, "hip": 140,
           "shoulder": 150, "collar": 50}  # fmt: skip
-"""Degrees that a joint may turn from the zero pose, its twist about its own bone apart for wrists."""
+"""Largest rotation of a joint from the zero pose, degrees; for wrists without the twist about the bone."""
 
 KNEE, KNEE_SIDE, ELBOW, ELBOW_BACK, WRIST_TWIST = (-10, 160), 35, 165, 25, 75
 
 
 def flexion(positions: np.ndarray, middle: str, side: str) -> np.ndarray:
-    """Angle (T,), degrees, between thigh and shin (middle "knee"), or upper arm and forearm ("elbow"); 0 is straight.
-    positions: (T, J, 3)."""
-    chain = {"knee": ("hip", "knee", "ankle"), "elbow": ("shoulder", "elbow", "wrist")}[middle]
-    a, b, c = (positions[:, skeleton.INDEX[f"{side}_{joint}"]] for joint in chain)
+    """Return the flexion (T,), degrees, of a "knee" or an "elbow" (middle); 0 is straight. positions: (T, J, 3)."""
+    limb = {"knee": ("hip", "knee", "ankle"), "elbow": ("shoulder", "elbow", "wrist")}[middle]
+    a, b, c = (positions[:, skeleton.INDEX[f"{side}_{joint}"]] for joint in limb)
     upper, lower = b - a, c - b
     cosine = np.sum(upper * lower, -1) / (np.linalg.norm(upper, axis=-1) * np.linalg.norm(lower, axis=-1))
     return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def step_width(positions: np.ndarray) -> np.ndarray:
-    """Distance (T,) of the ankles along the line of the hips, metres; positions: (T, J, 3)."""
+    """Return the distance (T,) of the ankles along the line of the hips, metres; positions: (T, J, 3)."""
     at = lambda joint: positions[:, skeleton.INDEX[joint]]
     across = (at("left_hip") - at("right_hip")) * np.array([1.0, 0.0, 1.0])
     across = across / np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-9)
@@ -51,7 +50,7 @@ def step_width(positions: np.ndarray) -> np.ndarray:
 
 
 def beyond_limits(rotations: np.ndarray) -> np.ndarray:
-    """Flags (T,) of frames in which a joint of rotations (T, 22, 4) turns further than people's do."""
+    """Flag frames (T,) in which a joint of rotations (T, 22, 4) exceeds its anatomical limits."""
     rotations = np.where(rotations[..., :1] < 0, -rotations, rotations)
     angle = np.degrees(2 * np.arccos(np.clip(rotations[..., 0], -1, 1)))
     bad = np.zeros(len(rotations), bool)
@@ -87,7 +86,7 @@ def beyond_limits(rotations: np.ndarray) -> np.ndarray:
 
 
 class Quality:
-    """The measures of a set, gathered clip by clip."""
+    """The measures of a set, accumulated clip by clip."""
 
     def __init__(self) -> None:
         self._frames: dict[str, list[np.ndarray]] = defaultdict(list)
@@ -95,7 +94,7 @@ class Quality:
         self._clips = 0
 
     def add(self, motion: Motion, labels: np.ndarray, glitch: np.ndarray) -> None:
-        """Adds a clip: its labels (T,) and flags of pops (T,)."""
+        """Add a clip with its labels (T,) and flags of pops (T,)."""
         self._clips += 1
         positions, _ = motion.forward_kinematics()
         sound = ~np.asarray(glitch, bool)
@@ -119,35 +118,35 @@ class Quality:
         self._means.append((len(motion), feet.measures(motion)))
 
     def numbers(self) -> dict[str, float | None]:
-        """One number for each of COLUMNS; None where no frame tells it."""
-        told: dict[str, float | None] = {"clips": self._clips}
-        told["minutes"] = sum(count for count, _ in self._means) / 1800
+        """Return one number for each of COLUMNS; None where no frame shows it."""
+        measures: dict[str, float | None] = {"clips": self._clips}
+        measures["minutes"] = sum(count for count, _ in self._means) / 1800
         for name, parts in self._frames.items():
             frames = np.concatenate(parts)
             if name.endswith("straightest"):
-                how = lambda x: np.percentile(x, 5)
+                pool = lambda x: np.percentile(x, 5)
             elif name.startswith("jerk"):
-                how = lambda x: np.percentile(x, 99)
+                pool = lambda x: np.percentile(x, 99)
             elif name.endswith("%"):
-                how = np.mean
+                pool = np.mean
             else:
-                how = np.median
-            told[name] = float(how(frames)) if len(frames) else None
+                pool = np.median
+            measures[name] = float(pool(frames)) if len(frames) else None
         for name, key in (("foot slide cm/s", "foot_slide_cm_s"), ("stance slide cm/s", "stance_slide_cm_s"),
                           ("stance share", "stance_share")):  # fmt: skip
-            # A clip's stance slide counts as much as it stands.
+            # A clip's stance slide is weighted by its share of stances.
             pairs = [
                 (count * (one["stance_share"] if "slide cm" in name and "stance" in name else 1.0), one[key])
                 for count, one in self._means
                 if one[key] is not None
             ]
             weight = sum(w for w, _ in pairs)
-            told[name] = sum(w * value for w, value in pairs) / weight if weight else None
-        return {name: told.get(name) for name in COLUMNS}
+            measures[name] = sum(w * value for w, value in pairs) / weight if weight else None
+        return {name: measures.get(name) for name in COLUMNS}
 
 
 def of_folder(folder: Path) -> dict[str, float | None]:
-    """The measures of a folder of clips."""
+    """Return the measures of a folder of clips."""
     quality = Quality()
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as data:
@@ -158,16 +157,16 @@ def of_folder(folder: Path) -> dict[str, float | None]:
 
 
 def faults(numbers: Mapping[str, float | None]) -> list[str]:
-    """What of a set is more bent than people are, one sentence each."""
+    """Return one sentence for each measure of a set that exceeds the limits of captured people."""
     return [
-        f"{name} is {value:.1f} degrees; people stay under {most:.0f}."
+        f"{name} is {value:.1f} degrees; captured people stay under {most:.0f}."
         for name, most in WANTED.items()
         if (value := numbers.get(name)) is not None and value > most
     ]
 
 
 def table(sets: Sequence[tuple[str, Mapping[str, float | None]]]) -> str:
-    """The measures of sets, one column for each, as a Markdown table."""
+    """Return the measures of sets as a Markdown table with one column for each set."""
     lines = [_row(["measure", *(name for name, _ in sets)]), _row(["---"] * (len(sets) + 1))]
     for column in COLUMNS:
         lines.append(_row([column, *(_number(column, numbers.get(column)) for _, numbers in sets)]))

@@ -1,4 +1,4 @@
-"""A captured motion on the skeleton that it was captured with, whatever file it comes from."""
+"""A captured motion on its original skeleton, independent of the file format."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from ...samp_addon import rotation
 
-SAME = 0.004  # of the bones' lengths, summed: offsets that differ by less are equal
+SAME = 0.004  # share of the summed bone lengths: offsets that differ by less are equal
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Joints over time in the axes and the length unit of the file; neither matters, see mapping.py.
+    """Joints over time in the axes and the length unit of the file, which mapping.py normalises.
 
     names: (J,) of the joints. parents: (J,) indices, -1 for none, parents before children. rest: (J, 3) joint
     positions in the rest pose, and tips: (J, 3) the ends of their bones there (the joint itself where that is not
     known). positions: (T, J, 3). turns: (T, J, 4) quaternions in the file's axes from the rest pose to the pose, so
-    the rest pose has identities. labels: (T,) names of what goes on, if the file tells.
+    the rest pose has identities. labels: (T,) names of actions, if the file contains them.
     """
 
     name: str
@@ -37,8 +37,11 @@ class Recording:
         return len(self.positions)
 
     def shares_skeleton(self, other: Recording) -> bool:
-        """Whether bones' frames mean the same in both, so that a rest pose of one is one of the other: equal names
-        and, in their own frames, equal bones. Rest poses may differ, as those of files without skin do."""
+        """Return whether a rest pose of one recording is also valid for the other.
+
+        Names have to be equal and, in their own frames, bones too. Rest poses may differ, as those of files without
+        skin do.
+        """
         if self.names != other.names:
             return False
         (own, moves), (others, others_move) = self._offsets(), other._offsets()
@@ -47,7 +50,7 @@ class Recording:
         return bool(np.abs(own - others)[fixed].max(initial=0.0) < SAME * size)
 
     def _offsets(self) -> tuple[np.ndarray, np.ndarray]:
-        """From the joints' parents (J, 3) in the parents' own frames, and which joints (J,) do not stay there."""
+        """Return offsets (J, 3) from parents, in the parents' frames, and flags (J,) of joints that move in them."""
         above = np.maximum(self.parents, 0)
         rest = rotation.rotate(rotation.conjugate(self.rest_turns[above]), self.rest - self.rest[above])
         some = slice(None, None, max(len(self) // 20, 1))
@@ -57,18 +60,18 @@ class Recording:
         return rest, (self.parents < 0) | (away > SAME * np.linalg.norm(rest, axis=-1).sum())
 
     def unfolded(self) -> np.ndarray:
-        """Rotations (T, J, 4) of the bones from the rest pose, in the file's axes."""
+        """Return rotations (T, J, 4) of the bones from the rest pose, in the file's axes."""
         return rotation.multiply(self.turns, rotation.conjugate(self.rest_turns))
 
     def rested_at(self, positions: np.ndarray, turns: np.ndarray) -> Recording:
-        """The same motion with a pose, positions (J, 3) and turns (J, 4), in the place of the rest pose."""
+        """Return the motion with another pose, positions (J, 3) and turns (J, 4), as its rest pose."""
         bones = rotation.rotate(
             rotation.multiply(turns, rotation.conjugate(self.rest_turns)), self.tips - self.rest
         )
         return replace(self, rest=positions, tips=positions + bones, rest_turns=turns)
 
     def at_rate(self, fps: float) -> Recording:
-        """The same motion at another frame rate; the time of the first frame stays."""
+        """Return the motion resampled to another frame rate; the time of the first frame stays."""
         if abs(self.fps - fps) < 0.05 or len(self) < 2:
             return replace(self, fps=fps)
         at = np.arange(0, len(self) - 1 + 1e-6, self.fps / fps)
@@ -95,11 +98,11 @@ def of_local(
     ends: np.ndarray | None = None,
     labels: np.ndarray | None = None,
 ) -> Recording:
-    """A recording out of local rotations.
+    """Return a recording from local rotations.
 
     offsets: (J, 3) of the joints from their parents in the rest pose. local: (T, J, 4) rotations from it. moved:
     (T, J, 3) offsets over time; the root's are its positions. ends: (J, 3) from the joints to their bones' ends in
-    the rest pose; if left out, to the children's middle.
+    the rest pose; by default to the mean of the children.
     """
     parents = np.asarray(parents, int)
     turns, positions = np.empty_like(local, dtype=np.float64), np.empty(moved.shape)

@@ -1,4 +1,5 @@
-"""A recording on our body: rotations by the mapping, size by the legs, feet where they were by inverse kinematics."""
+"""Retarget a recording to the default human: rotations by the mapping, scale by leg length, feet by inverse
+kinematics."""
 
 from __future__ import annotations
 
@@ -17,16 +18,16 @@ FPS = 30.0
 EASED, LONGEST = (
     0.991,
     0.9978,
-)  # of a limb's length: from where a target out of reach is drawn in, and to where
-NO_TWIST = np.radians(4.0)  # spread of the forearm's twist below which a skeleton keeps it all in the hand
-HAND_SHARE = 0.5  # of the hand's twist that the forearm takes then
+)  # share of a limb's length from which a distant target is drawn in, and the limit that it approaches
+NO_TWIST = np.radians(4.0)  # standard deviation of the forearm's twist below which the hand has all of it
+HAND_SHARE = 0.5  # share of the hand's twist that is then moved to the forearm
 
 
 def retargeted(recording: Recording, mapping: Mapping, leg: float = 1.0, arm: float = 1.0) -> Motion:
-    """The recording at 30 frames a second on the default human, its floor still where the file has it.
+    """Return the recording at 30 frames a second on the default human; its floor stays at the file's height.
 
-    leg, arm: corrections of the captured limbs' lengths (straightness.py). All places are scaled so that legs are as
-    long as ours; hips and ankles then go where the file has them.
+    leg, arm: corrections of the captured limbs' lengths (straightness.py). Positions are scaled to the default human's
+    leg length; hips and ankles are then placed at the file's positions.
     """
     recording = recording.at_rate(FPS)
     rest = skeleton.default_rest_joints()
@@ -51,10 +52,10 @@ def _ankle(
     recording: Recording, mapping: Mapping, joints: np.ndarray, root: np.ndarray, pelvis: np.ndarray,
     side: str, leg: float,
 ) -> np.ndarray:  # fmt: skip
-    """Where an ankle goes (T, 3): towards its scaled place, as far from our hip as leaves the knee as it was.
+    """Return an ankle's target (T, 3): towards its scaled position, at the distance that preserves the knee's flexion.
 
-    Both differ by millimetres, since hips are not equally wide and legs not equally long, and a millimetre is a
-    degree in a knee that is nearly straight.
+    The two differ by millimetres, because hip width and leg length differ between bodies, and a millimetre is a degree
+    in a nearly straight knee.
     """
     rest = skeleton.default_rest_joints()
     hip = skeleton.INDEX[f"{side}_hip"]
@@ -69,7 +70,7 @@ def _ankle(
 def reached(
     root: np.ndarray, local: np.ndarray, rest: np.ndarray, limb: str, target: np.ndarray
 ) -> np.ndarray:
-    """Local rotations (T, J, 4) with a limb's end at target (T, 3), targets near full reach drawn in smoothly."""
+    """Return local rotations (T, J, 4) with a limb's end at target (T, 3); targets near full reach are drawn in."""
     a, b, c = (skeleton.INDEX[name] for name in LIMBS[limb])
     length = np.linalg.norm(rest[b] - rest[a]) + np.linalg.norm(rest[c] - rest[b])
     joints, _ = skeleton.forward_kinematics(root, local, rest)
@@ -82,9 +83,9 @@ def reached(
 
 
 def shared_twist(local: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Local rotations (T, J, 4) whose forearms take half of the hands' twist, on skeletons whose own never twist.
+    """Return local rotations (T, J, 4) with half of the hands' twist moved to forearms that never twist themselves.
 
-    Skin between elbow and wrist wrings where the hand alone turns.
+    Where the hand alone twists, the skin of the wrist collapses.
     """
     local = local.copy()
     for side in ("left", "right"):
@@ -100,7 +101,7 @@ def shared_twist(local: np.ndarray, rest: np.ndarray) -> np.ndarray:
 
 
 def twist(quaternions: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """The angle (T,), radians between minus pi and pi, by which rotations (T, 4) turn about a unit axis (3,)."""
+    """Return the angle (T,), radians from -pi to pi, by which rotations (T, 4) turn about a unit axis (3,)."""
     along = quaternions[..., 1:] @ axis
     angle = 2 * np.arctan2(along, quaternions[..., 0])
     return (angle + np.pi) % (2 * np.pi) - np.pi

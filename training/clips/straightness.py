@@ -1,7 +1,8 @@
-"""How long a captured body's legs and arms really are, estimated from their reach when straight.
+"""Estimate the true lengths of a captured body's legs and arms from their reach when straight.
 
-A solved skeleton's limbs are as long as its joint centres are well placed, and a per cent too much is 15 degrees
-in a knee: cos is flat near straight limbs. Captured people stand with 12 to 15 degrees and straighten to 7 to 10.
+The limb lengths of a solved skeleton depend on the placement of its joint centres, and one per cent too much adds 15
+degrees to a knee: the cosine is flat near straight limbs. Captured people stand with a flexion of 12 to 15 degrees and
+straighten to 7 to 10.
 """
 
 from __future__ import annotations
@@ -22,15 +23,15 @@ ELBOW = np.radians(12.0)
 """Elbow flexion of the straightest twentieth."""
 
 LEG_RANGE, ARM_RANGE = (0.985, 1.045), (1.0, 1.04)
-"""Corrections outside of these are no matter of joint centres."""
+"""Limits of the corrections; larger errors are not caused by joint centres."""
 
-UPRIGHT = 0.88  # height of the hips over the lower ankle, in lengths of a leg
-WALK, STAND = 1.8, 0.12  # leg lengths a second of the hips, at most, while walking and standing
-FEWEST, FEWEST_IDLE = 120, 90  # frames (both sides counted) that tell a length
+UPRIGHT = 0.88  # height of the hips over the lower ankle, in leg lengths
+WALK, STAND = 1.8, 0.12  # highest speed of the hips while walking and standing, leg lengths a second
+FEWEST, FEWEST_IDLE = 120, 90  # frames (both sides counted) needed to estimate a length
 
 
 def reach(flexion: float, limb: str) -> float:
-    """From a limb's start to its end over its length, at a flexion (radians) of its middle joint, on our body."""
+    """Return a limb's reach over its length at a flexion (radians) of its middle joint, on the default human."""
     upper, lower = limb_lengths(
         skeleton.default_rest_joints(), [skeleton.INDEX[name] for name in LIMBS[limb]]
     )
@@ -38,7 +39,7 @@ def reach(flexion: float, limb: str) -> float:
 
 
 def corrections(recordings: Sequence[Recording], mapping: Mapping) -> tuple[float, float]:
-    """What legs and arms of one person have to be divided by to be as long as they reach; 1 where nothing tells."""
+    """Return the divisors of one subject's leg and arm lengths that match their reach; 1 with too few frames."""
     legs, idle, arms = [], [], []
     for one in recordings:
         joints = places(one, mapping) / mapping.leg
@@ -50,12 +51,12 @@ def corrections(recordings: Sequence[Recording], mapping: Mapping) -> tuple[floa
             arm = limb_reach(one, mapping, f"{side}_arm")
             arms.append(arm[upright] if len(arm) else arm)
     legs, idle, arms = np.concatenate(legs), np.concatenate(idle), np.concatenate(arms)
-    told = []
+    estimates = []
     if len(legs) >= FEWEST:
-        told.append(reach(STRAIGHTEST, "left_leg") / np.percentile(legs, 90))
-    if len(idle) >= FEWEST_IDLE:  # counted twice: standing is what a crouch is seen in
-        told += 2 * [reach(IDLE, "left_leg") / np.median(idle)]
-    leg = float(np.clip(np.mean(told), *LEG_RANGE)) if told else 1.0
+        estimates.append(reach(STRAIGHTEST, "left_leg") / np.percentile(legs, 90))
+    if len(idle) >= FEWEST_IDLE:  # counted twice: a crouch shows most clearly while standing
+        estimates += 2 * [reach(IDLE, "left_leg") / np.median(idle)]
+    leg = float(np.clip(np.mean(estimates), *LEG_RANGE)) if estimates else 1.0
     arm = 1.0
     if len(arms) >= FEWEST:
         arm = float(np.clip(reach(ELBOW, "left_arm") / np.percentile(arms, 95), *ARM_RANGE))
@@ -63,7 +64,8 @@ def corrections(recordings: Sequence[Recording], mapping: Mapping) -> tuple[floa
 
 
 def _upright(joints: np.ndarray, mapping: Mapping, fps: float) -> tuple[np.ndarray, np.ndarray]:
-    """Flags (T,) of frames in which the body stands or walks, and of those in which it stands still."""
+    """Flag frames (T,) in which the body stands or walks, and frames (T,) in which it stands
+    still."""
     at = lambda joint: joints[:, mapping.bones[joint]]
     hips = (at("left_hip") + at("right_hip")) / 2
     low = np.minimum(at("left_ankle")[:, 1], at("right_ankle")[:, 1])
@@ -77,7 +79,7 @@ def _upright(joints: np.ndarray, mapping: Mapping, fps: float) -> tuple[np.ndarr
 
 
 def limb_reach(recording: Recording, mapping: Mapping, limb: str) -> np.ndarray:
-    """From start to end of a limb over its length in the rest pose (T,)."""
+    """Return the distance (T,) from start to end of a limb over its length in the rest pose."""
     k = [mapping.bones.get(name, -1) for name in LIMBS[limb]]
     if min(k) < 0:
         return np.zeros(0)
@@ -86,6 +88,6 @@ def limb_reach(recording: Recording, mapping: Mapping, limb: str) -> np.ndarray:
 
 
 def limb_lengths(joints: np.ndarray, k: Sequence[int]) -> tuple[float, float]:
-    """From a limb's start to its middle and from there to its end: joints (J, 3), k their three indices."""
+    """Return the lengths of a limb's two bones. joints: (J, 3). k: indices of its start, middle and end."""
     upper = np.linalg.norm(joints[k[1]] - joints[k[0]])
     return float(upper), float(np.linalg.norm(joints[k[2]] - joints[k[1]]))

@@ -1,1 +1,1 @@
-"""."""
+"""Compose MotionNet's training sequences from captured clips and furniture."""

@@ -1,4 +1,4 @@
-"""What a clip has to pass before it is learnt from: joints within their limits, feet that stand, no jumps."""
+"""Checks that a clip has to pass before training: joints within limits, feet without sliding, no jumps."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from ...samp_addon import skeleton
 from ...samp_addon.body.joint_limits import limits
 from ..mocap.clip_files import FPS, Clip
 
-TOO_OFTEN = 0.01  # share of frames with a joint past its limit
-SLIDE = 0.06  # m/s, mean of the balls of the feet that stand
-JUMP = 12.0  # m/s of any joint
-SETTLING = 3  # frames after a contact begins and before it ends that are not counted
+TOO_OFTEN = 0.01  # largest share of frames with a joint past its limit
+SLIDE = 0.06  # largest mean speed (m/s) of the balls of feet in contact
+JUMP = 12.0  # largest speed (m/s) of any joint
+SETTLING = 3  # frames excluded after the start and before the end of a contact
 
 
 def fault(clip: Clip) -> str | None:
-    """Why a clip is not fit to be learnt from, or None."""
+    """Return why a clip is unsuitable for training, or None."""
     if not (np.isfinite(clip.root).all() and np.isfinite(clip.rotations).all()):
         return "not finite"
     sound = ~clip.bad
@@ -31,13 +31,16 @@ def fault(clip: Clip) -> str | None:
 
 
 def past_limits(rotations: np.ndarray) -> np.ndarray:
-    """Flags (T,) of frames in which a joint of rotations (T, 22, 4) is turned further than it can be."""
+    """Flag frames (T,) in which a joint of rotations (T, 22, 4) exceeds its limit."""
     angle = 2 * np.arccos(np.clip(np.abs(rotations[..., 0]), 0, 1))
     return (angle > limits()).any(1)
 
 
 def foot_slide(clip: Clip, positions: np.ndarray) -> float:
-    """Mean speed on the floor, m/s, of the balls of standing feet; 0 where none stands. positions: (T, 22, 3)."""
+    """Return the mean horizontal speed, m/s, of the balls of feet in contact; 0 without contacts.
+
+    positions: (T, 22, 3), metres.
+    """
     speeds = []
     for column, side in enumerate(("right", "left")):
         ball = positions[:, skeleton.INDEX[f"{side}_foot"]][:, [0, 2]]

@@ -1,4 +1,4 @@
-"""Lying down on beds and sofas: a walk, a real seat on the edge, the swing and the recline of recline.py."""
+"""Sequences of lying down on beds and sofas: a walk, a captured sit on the edge, swing and recline (recline.py)."""
 
 from __future__ import annotations
 
@@ -20,20 +20,23 @@ from .sequence import Sequence
 from .sits import Furnishing, collides, lifted, of_one_height, placement, sunk
 from .walks import by_way_point, way_points
 
-DEEPEST = 0.75  # metres from the lying pelvis to the edge: nobody scoots further
-BEHIND_EDGE = (0.03, 0.14)  # metres from the edge back to the pelvis that sits on it
+DEEPEST = 0.75  # largest distance (m) from the lying pelvis to the edge, the limit of scooting
+BEHIND_EDGE = (0.03, 0.14)  # metres from the edge back to the pelvis seated on it
 SEATED = (6, 20)  # frames on the edge before the swing
 SWING = (26, 44)  # frames of the swing
-MAX_PLACES = 8  # tried for one motion
+MAX_PLACES = 8  # places tried for one motion
 PACES = (1.0, 1.6)
 MOST_LIFT = 0.15
-STRIP = 0.22  # metres to either side of the seat on the edge that must be free
+STRIP = 0.22  # half width (m) of the strip around the seat on the edge that must be free
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A place to sit down beside a place to lie. goal: lying, in the piece's frame. out: (3,) over the edge.
-    distance: metres from the lying pelvis to the edge."""
+    """An edge to sit down on beside a place to lie.
+
+    goal: lying goal in the piece's frame. out: (3,) unit direction outwards over the edge. distance: metres from the
+    lying pelvis to the edge.
+    """
 
     goal: Goal
     out: np.ndarray
@@ -41,12 +44,12 @@ class Edge:
 
     @property
     def mattress(self) -> float:
-        """Height, metres."""
+        """Height of the mattress, metres."""
         return float(self.goal.position[1]) - BED_TO_PELVIS
 
 
 def edges(piece: Furnishing) -> list[Edge]:
-    """The free edges beside the lying places of a piece."""
+    """Return the free edges beside the lying places of a piece."""
     found = []
     for goal in piece.goals:
         along = np.asarray(goal.direction)
@@ -58,7 +61,7 @@ def edges(piece: Furnishing) -> list[Edge]:
 
 
 def _edge_distance(surface: np.ndarray, goal: Goal, out: np.ndarray) -> float | None:
-    """Metres from a lying pelvis to the edge on one side; None where that is blocked or too far."""
+    """Return the distance, metres, from a lying pelvis to the edge on one side; None where blocked or too far."""
     away = surface - goal.position
     beside = away @ out
     strip = np.abs(away @ np.asarray(goal.direction)) < STRIP
@@ -67,7 +70,7 @@ def _edge_distance(surface: np.ndarray, goal: Goal, out: np.ndarray) -> float | 
     if level.sum() < 10:
         return None
     distance = float(np.percentile(beside[level], 99))
-    # A few points may be a pillow's or a blanket's.
+    # A few points may belong to a pillow or a blanket.
     blocked = strip & (height > 0.15) & (beside > 0.1) & (beside < distance + 0.3)
     beyond = strip & (beside > distance + 0.06) & (beside < distance + 0.5)
     if not 0.12 < distance < DEEPEST or blocked.sum() > 6 or beyond.sum() > 6:
@@ -76,7 +79,7 @@ def _edge_distance(surface: np.ndarray, goal: Goal, out: np.ndarray) -> float | 
 
 
 class LieComposer:
-    """Makes sequences of lying down out of sits, reclines and pieces; counts what it dropped and why."""
+    """Compose sequences of lying down from sits, reclines and pieces; report counts kept and dropped ones by reason."""
 
     def __init__(
         self,
@@ -87,8 +90,11 @@ class LieComposer:
         seed: int,
         surface_check: bool = True,
     ) -> None:
-        """approach: puts a real walk in front of an excerpt, as Composer.approach does. surface_check: whether bodies
-        that are too deep in the surface are dropped, for composers whose lies are not fitted afterwards."""
+        """Collect the edges of the pieces.
+
+        approach: prepends a captured walk to an excerpt, see Composer.approach. surface_check: whether bodies that are
+        too deep in the surface are dropped; for lies that are not fitted afterwards.
+        """
         self.surface_check = surface_check
         self.rng = np.random.default_rng(seed)
         self.report: Counter[str] = Counter()
@@ -98,15 +104,15 @@ class LieComposer:
         self.heights = np.array([event.pelvis[1] for event in events])
 
     def compose(self) -> Sequence | None:
-        """One sequence, on the first of some places of a random height whose way is free, or None."""
-        alike = self._places_of_one_height()
-        seat = alike[0][1].mattress + SEAT_TO_PELVIS
+        """Return a sequence on the first of some places of a random height whose path is free, or None."""
+        candidates = self._places_of_one_height()
+        seat = candidates[0][1].mattress + SEAT_TO_PELVIS
         fits = np.flatnonzero(np.abs(self.heights - seat) < MOST_LIFT)
         if not len(fits):
             return self._dropped("no sit of that height")
         event = self.events[self.rng.choice(fits)]
         clip, frames = self._seated(event, seat)
-        found = self._free_place(alike, clip, frames)
+        found = self._free_place(candidates, clip, frames)
         if found is None:
             return self._dropped("no way to it is free")
         piece, edge, place, goal = found
@@ -127,14 +133,14 @@ class LieComposer:
         return self._sequence(whole, frames, piece.index, place, goal, len(down) if up else None)
 
     def _places_of_one_height(self) -> list[tuple[Furnishing, Edge]]:
-        """A random place, and others within two centimetres of its height."""
+        """Return a random place, and others within two centimetres of its height."""
         first = self.rng.integers(len(self.places))
         return [self.places[k] for k in of_one_height(self.mattresses, first, MAX_PLACES, self.rng)]
 
     def _free_place(
         self, places: list[tuple[Furnishing, Edge]], clip: Clip, frames: dict[str, int]
     ) -> tuple[Furnishing, Edge, tuple[float, float, float], Goal] | None:
-        """The first place whose piece is not in the way to it: piece, edge, where the piece stands, lying goal."""
+        """Return the first place whose piece does not block the path: piece, edge, placement, lying goal."""
         way = clip.cut(0, frames["seated"] + 1)
         sits = np.arange(len(way)) >= frames["down"]
         for piece, edge in places:
@@ -147,7 +153,7 @@ class LieComposer:
         self.report[why] += 1
 
     def _seated(self, event: SitEvent, seat: float) -> tuple[Clip, dict[str, int]]:
-        """The event's approach and sitting down, lifted to the mattress, and after it its standing up."""
+        """Return the event's approach, sitting down and standing up, raised to the mattress, and its key frames."""
         last = event.leave_end if event.up_end > event.seat_end else event.seat_end
         clip = event.clip.cut(event.entry, last + 1)
         frames = {
@@ -156,7 +162,7 @@ class LieComposer:
         clip = relocked(lifted(clip, event.pelvis[1], seat - event.pelvis[1]))
         if self.rng.random() < 0.75 and frames["down"] > 12:
             clip, frames = self.approach(clip, frames)
-        # The swing begins some frames after sitting down, however long the captured sit was.
+        # The swing begins some frames after sitting down, independent of the captured sit's length.
         frames["leave"] = frames["seat_end"]
         frames["seated"] = min(frames["seated"] + int(self.rng.integers(*SEATED)), frames["seat_end"])
         return clip, frames
@@ -164,7 +170,7 @@ class LieComposer:
     def _place(
         self, edge: Edge, clip: Clip, frames: dict[str, int]
     ) -> tuple[tuple[float, float, float], Goal]:
-        """Where the piece stands in the world, and the lying goal there."""
+        """Return the placement of the piece in the world, and the lying goal there."""
         behind = min(self.rng.uniform(*BEHIND_EDGE), edge.distance - 0.02)
         along = np.asarray(edge.goal.direction)
         seat = edge.goal.position + (edge.distance - behind) * edge.out + self.rng.uniform(-0.1, 0.15) * along
@@ -181,7 +187,7 @@ class LieComposer:
     def _lying(
         self, clip: Clip, frames: dict[str, int], edge: Edge, goal: Goal, place: tuple[float, float, float]
     ) -> tuple[Clip, int]:
-        """The swing and the recline, and the first frame of lying still in them."""
+        """Return the swing with the recline, and the index of the first frame of lying still."""
         recline = _paced(self.reclines[self.rng.integers(len(self.reclines))], self.rng.uniform(*PACES))
         lying = laid(recline, goal.position, float(np.arctan2(goal.direction[0], goal.direction[2])))
         out = rotation.rotate(rotation.about_y(place[2]), edge.out)
@@ -196,7 +202,7 @@ class LieComposer:
         return replace(down, labels=labels.astype(str)), len(between) + recline.still
 
     def _joined(self, clip: Clip, frames: dict[str, int], down: Clip, up: bool) -> Clip:
-        """Approach, seat on the edge, lying down, and perhaps the way back."""
+        """Return approach, seat on the edge, lying down, and optionally getting up again."""
         first = clip.cut(0, frames["seated"] + 1)
         labels = first.labels.astype(object)
         labels[frames["down"] :] = "lie_down"
@@ -216,7 +222,7 @@ class LieComposer:
         return softened(replace(whole, rotations=rotation.continuous(whole.rotations)), joins)
 
     def _continued(self, clip: Clip, frames: dict[str, int], after: Clip) -> Clip:
-        """The captured standing up, led in from the pose in which the swing began."""
+        """Return the captured standing up, blended in from the pose in which the swing began."""
         fade = np.linspace(1, 0, 16)[:, None] ** 2
         n = min(len(after), 16)
         root, rotations = after.root.copy(), after.rotations.copy()
@@ -232,7 +238,7 @@ class LieComposer:
         self, clip: Clip, frames: dict[str, int], piece: int, place: tuple[float, float, float], lying: Goal,
         length: int | None,
     ) -> Sequence:  # fmt: skip
-        """Goals: perhaps a way-point first, then lying, then wherever the clip goes after getting up."""
+        """Return the sequence with its goals: optionally a way-point, the lie, then way-points after getting up."""
         count = len(clip)
         yaw = headings(clip.root, clip.rotations)
         goal, action = np.tile([*lying.position, *lying.direction], (count, 1)), np.full(count, 4)

@@ -1,4 +1,4 @@
-"""Long sits composed of Rocketbox's short clips: sitting down, seated idles and standing up, joined at rest poses.
+"""Long sits composed from Rocketbox's short clips: sitting down, seated idles and standing up, joined at rest poses.
 
 Each clip starts or ends in one of four seated rest poses, of a woman and a man on a chair and at a table.
 """
@@ -15,7 +15,7 @@ from .stitch import join, pose_features
 
 PERSONS = ("rb_f", "rb_m")
 SEATS = ("chair", "table")
-EDGE = 6  # frames at the end of a clip and the start of the next one among which the join is chosen
+EDGE = 6  # frames at the end of a clip and the start of the next from which the join is chosen
 MAX_DISTANCE = 0.35  # largest distance of pose features at a join
 STAND_UP_SHARE = 0.6  # share of sits that end in standing up, if there is such a clip
 MAX_IDLES = 2

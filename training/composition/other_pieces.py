@@ -1,4 +1,4 @@
-"""Other furniture for the same sit, so that a network cannot recognise the clip by the shape of the furniture."""
+"""Other furniture for the same sit, so that a network cannot identify the clip by the furniture's shape."""
 
 from __future__ import annotations
 

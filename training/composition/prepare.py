@@ -1,4 +1,4 @@
-"""Builds MotionNet's training set from the prepared motion capture and furniture, with one command.
+"""Build MotionNet's training set from prepared motion capture and furniture.
 
 python -m samp_blender.training.composition.prepare --mocap FOLDER ... --furniture FOLDER --output cache/motion.npz
 """
@@ -29,21 +29,23 @@ from .sits import Composer, Furnishing
 from .stitch import WalkIndex
 from .walks import walk_sequence
 
-# How many procedural pieces of each category, and how many scaled copies of each real piece.
+# Number of procedural pieces of each category, and of scaled copies of each real piece.
 PROCEDURAL = {"chair": 40, "armchair": 30, "stool": 20, "bar_stool": 20, "bench": 12, "sofa": 30, "l_sofa": 16,
               "office_chair": 20, "pouf": 12, "table": 12, "bed": 12}  # fmt: skip
 COPIES = 3
-PLACES = 16  # goals of a piece
-SHORT = 600  # frames of the longest clips from which runs are composed; longer ones contain whole runs and are kept
-LONG_SITS = 3  # long sits composed from every clip of sitting down of Rocketbox, besides the original
-ROCKETBOX_SITS = 4  # sequences tried for each sit of Rocketbox: all start and end in the same few rest poses
+PLACES = 16  # goals per piece
+SHORT = 600  # frames of the longest clips used to compose runs; longer ones contain whole runs
+LONG_SITS = 3  # long sits composed from each Rocketbox clip of sitting down, in addition to the original
+ROCKETBOX_SITS = 4  # sequences tried for each Rocketbox sit: all start and end in the same few rest poses
 
 
 def furnishings(
     folder: Path | None, seed: int
 ) -> tuple[list[Furnishing], list[Furnishing], dict[str, np.ndarray]]:
-    """Pieces with places to sit, the same with places to lie, and the grids of all: centres (P, 512, 3) and
-    occupancy (P, 512)."""
+    """Return the pieces with places to sit, the pieces with places to lie, and the grids of all.
+
+    Grids: centres (P, 512, 3), metres, and occupancy (P, 512).
+    """
     rng = np.random.default_rng(seed)
     triangles = [furniture.generate(name, rng).triangles for name, n in PROCEDURAL.items() for _ in range(n)]
     if folder is not None and folder.exists():
@@ -77,10 +79,9 @@ def build(
     runs: int,
     plain: bool = False,
 ) -> tuple:
-    """All sequences, the pieces' grids, and the reports of what was kept and dropped, by action.
+    """Return all sequences, the pieces' grids, and for each action a report of how many were kept or dropped, and why.
 
-    Mirror images are not included; they are added when the file is read. plain: sits stay as captured, for the ablation
-    without augmentation.
+    Mirror images are added when the file is read. plain: sits stay as captured, for the ablation without augmentation.
     """
     rng = np.random.default_rng(seed)
     clips = neutralised(sources.load(mocap_folders))
@@ -113,9 +114,9 @@ def main() -> None:
     parser.add_argument("--furniture", type=Path)
     parser.add_argument("--output", type=Path, default=Path("cache/motion.npz"))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--sits", type=int, default=16, help="sequences tried for each captured sit")
-    parser.add_argument("--lies", type=int, default=900, help="sequences of lying down tried")
-    parser.add_argument("--runs", type=int, default=260, help="runs tried")
+    parser.add_argument("--sits", type=int, default=16, help="sequences to try for each captured sit")
+    parser.add_argument("--lies", type=int, default=900, help="number of sequences of lying down to try")
+    parser.add_argument("--runs", type=int, default=260, help="number of runs to try")
     parser.add_argument(
         "--plain", action="store_true", help="ablation: no augmentation; use --lies 0 --runs 0"
     )

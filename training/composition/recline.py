@@ -1,7 +1,7 @@
-"""From sitting on the edge of a bed to lying on it: half captured, half made.
+"""From sitting on the edge of a bed to lying on it: partly captured, partly synthesised.
 
-Nobody was captured on a bed. Real are sitting down on the edge, and reclining from a seat on the floor, which is
-raised to the mattress. What lies between, swinging the legs up while the body turns by a quarter, is made here.
+The captured clips have no bed. Captured are sitting down on the edge, and reclining from a seat on the floor, which is
+raised to the mattress. The motion between them, swinging the legs up during a quarter turn, is synthesised here.
 """
 
 from __future__ import annotations
@@ -22,36 +22,36 @@ from ..mocap.events import headings, turned, uprightness
 
 # Captured reclines: from sitting on the floor, legs in front, to the end of lying still.
 CAPTURED = {"111_12": (215, 403), "113_08": (88, 300)}
-FLAT = 0.25  # cosine between the chest and the vertical from which somebody lies
+FLAT = 0.25  # cosine between chest and vertical below which a body lies
 LEGS = [
     skeleton.INDEX[f"{side}_{name}"]
     for side in ("left", "right")
     for name in ("hip", "knee", "ankle", "foot")
 ]
-LEGS_UNTIL, TURN_FROM = 0.65, 0.12  # shares of the swing: legs are up by then, the turn begins then
-LEAN = np.radians(14.0)  # backwards, in the middle of the swing
-SOFTEN = 2.0  # frames, over both ends of the swing
-CHEST_LEVER = 0.30  # metres from spine1 to where the back lies
-HEAD_LEVER = 0.20  # metres from the neck to where the skull lies
-SKULL_OVER = 0.07  # metres of the skull over the buttocks: mattresses have pillows more often than not
-ANKLE_OVER = 0.075  # metres of an ankle over the mattress that its heel lies on
+LEGS_UNTIL, TURN_FROM = 0.65, 0.12  # shares of the swing at which the legs are up, and the turn begins
+LEAN = np.radians(14.0)  # backward lean in the middle of the swing
+SOFTEN = 2.0  # frames, sigma of the smoothing at both ends of the swing
+CHEST_LEVER = 0.30  # metres from spine1 to the contact of the back
+HEAD_LEVER = 0.20  # metres from the neck to the contact of the skull
+SKULL_OVER = 0.07  # height (m) of the skull over the buttocks, since most mattresses have pillows
+ANKLE_OVER = 0.075  # height (m) of an ankle over the mattress on which its heel rests
 
 
 @dataclass(frozen=True)
 class Recline:
-    """clip: from the floor seat to lying still; still: first frame of lying still."""
+    """A captured recline. clip: from the floor seat to lying still. still: index of the first frame of lying still."""
 
     clip: Clip
     still: int
 
     @property
     def height(self) -> float:
-        """Of the lying pelvis over what it lies on, metres."""
+        """Height of the lying pelvis over its support, metres."""
         return float(np.median(self.clip.root[self.still :, 1]))
 
 
 def reclines(clips: list[Clip]) -> list[Recline]:
-    """The captured reclines among these clips and their mirror images."""
+    """Return the captured reclines among the clips and their mirror images."""
     found = []
     for clip in clips:
         span = CAPTURED.get(clip.name.removesuffix("_mirror"))
@@ -64,10 +64,10 @@ def reclines(clips: list[Clip]) -> list[Recline]:
 
 
 def flattened(clip: Clip, still: int) -> Clip:
-    """The recline whose back lies as low as its buttocks, and the skull not much higher.
+    """Return the clip with the back as low as the buttocks while lying, and the skull slightly higher.
 
-    The captured people lay on a hard floor, but retargeting and the neutral posture (posture.py) have bent their
-    trunks, so that the chest would be 4 cm deep in a mattress that just carries the buttocks.
+    The captured subjects lay on a hard floor, but retargeting and the neutral posture (posture.py) bend their trunks,
+    so that the chest would be 4 cm deep in a mattress that touches the buttocks.
     """
     upright, reclined = np.cos(np.radians([25, 70]))
     weight = smoothstep((upright - uprightness(clip)) / (upright - reclined))
@@ -81,7 +81,7 @@ def flattened(clip: Clip, still: int) -> Clip:
 
 
 def _lowest(clip: Clip, still: int) -> dict[str, float]:
-    """Height of the lowest skin of some joints while the clip lies still, metres."""
+    """Return the height, metres, of the lowest skin of pelvis, chest and head while the body lies still."""
     body = human.load()
     motion = Motion(clip.root[still::10], clip.rotations[still::10])
     joints = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], axis=1)[:, 0]
@@ -91,7 +91,7 @@ def _lowest(clip: Clip, still: int) -> dict[str, float]:
 
 
 def _pitched(clip: Clip, angles: dict[str, float], weight: np.ndarray) -> Clip:
-    """The clip with joints bent forward by angles in radians times weight (T,)."""
+    """Return the clip with joints bent forward by angles in radians times weight (T,)."""
     rotations = clip.rotations.copy()
     for name, angle in angles.items():
         bend = rotation.from_axis_angle(weight[:, None] * np.array([np.clip(angle, -0.4, 0.4), 0.0, 0.0]))
@@ -101,9 +101,9 @@ def _pitched(clip: Clip, angles: dict[str, float], weight: np.ndarray) -> Clip:
 
 
 def laid(recline: Recline, position: np.ndarray, yaw: float) -> Clip:
-    """The recline's frames moved so that the lying pelvis is at position (3,) and head to feet point along yaw."""
+    """Return the recline moved so that the lying pelvis is at position (3,) and the feet point along yaw, radians."""
     clip, hold = recline.clip, slice(recline.still, None)
-    # On the back, the heading is the way that the feet point.
+    # For a supine body, the heading is the direction from head to feet.
     across = headings(clip.root, clip.rotations)[hold]
     turn = yaw - np.arctan2(np.sin(across).mean(), np.cos(across).mean())
     root, rotations = turned(clip.root, clip.rotations, turn, np.zeros(3))
@@ -114,17 +114,17 @@ def laid(recline: Recline, position: np.ndarray, yaw: float) -> Clip:
 def swing(
     before: Clip, after: Clip, frames: int, mattress: float, edge: tuple[np.ndarray, np.ndarray, float]
 ) -> Clip:
-    """``frames`` frames from the last of ``before`` (on the edge) to the first of ``after`` (on the mattress).
+    """Return ``frames`` frames between the last of ``before`` (on the edge) and the first of ``after`` (lying).
 
-    mattress: its height, metres. edge: the mattress' middle (3,), the way out over its edge (3,) and the distance
-    between them.
+    mattress: its height, metres. edge: the lying pelvis (3,), the direction outwards over the edge (3,) and the
+    distance to the edge, metres.
     """
     t = np.arange(1, frames + 1) / (frames + 1)
     legs, body = smoothstep(t / LEGS_UNTIL), smoothstep((t - TURN_FROM) / (1 - TURN_FROM))
     a, b = before.rotations[-1], after.rotations[0]
     yaw_a = headings(before.root[-1:], before.rotations[-1:])[0]
     turn = wrap_angle(headings(after.root[:1], after.rotations[:1])[0] - yaw_a)
-    # The heading goes the short way round; what is left of the pelvis' rotation is blended on its own.
+    # The heading takes the shorter turn; the remainder of the pelvis' rotation is blended separately.
     level_a = rotation.multiply(rotation.about_y(-yaw_a), a[0])
     level_b = rotation.multiply(rotation.about_y(-yaw_a - turn), b[0])
     lean = np.sin(np.pi * t) * -LEAN / 2
@@ -145,7 +145,7 @@ def swing(
 def feet_over(
     root: np.ndarray, rotations: np.ndarray, mattress: float, edge: tuple[np.ndarray, np.ndarray, float]
 ) -> np.ndarray:
-    """Rotations (T, 22, 4) whose ankles are not inside the mattress where they are over it."""
+    """Return rotations (T, 22, 4) with ankles raised out of the mattress where they are over it."""
     middle, out, distance = edge
     for side in ("left", "right"):
         positions, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
@@ -160,7 +160,7 @@ def feet_over(
 
 
 def softened(clip: Clip, joins: list[int]) -> Clip:
-    """The clip smoothed around some frames, where made and captured motion meet."""
+    """Return the clip smoothed around the joins of synthesised and captured motion, frame indices."""
     weight = np.zeros(len(clip))
     for join in joins:
         weight = np.maximum(weight, smoothstep(1 - np.abs(np.arange(len(clip)) - join) / (4 * SOFTEN)))
@@ -175,6 +175,6 @@ def softened(clip: Clip, joins: list[int]) -> Clip:
 
 
 def blend(a: np.ndarray, b: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Quaternions (T, 4) from a (4,) to b (4,) by share (T,), the short way."""
+    """Return quaternions (T, 4) interpolated from a (4,) to b (4,) by share (T,), along the shorter arc."""
     b = b if a @ b >= 0 else -b
     return rotation.slerp(np.broadcast_to(a, (len(share), 4)), np.broadcast_to(b, (len(share), 4)), share)

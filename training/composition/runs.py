@@ -1,4 +1,4 @@
-"""Running from a stand to a stand: captured starts, strides and stops of a second or two, joined in their stride."""
+"""Long runs from standing to standing, joined from short captured starts, strides and stops."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from .stitch import join, pose_features
 from .walks import STANDING
 
 ALIKE = 1.2  # largest distance of pose features at a join
-STRIDES = (0, 5)  # pieces of running between start and stop
-SHORTEST = 9  # frames kept of each piece
+STRIDES = (0, 5)  # excerpts of running between start and stop
+SHORTEST = 9  # least number of frames kept of each excerpt
 PACE = (0.8, 1.15)
 CURVATURE = 0.3  # rad/m, standard deviation
-RUN_UP = 60  # frames kept from before the running
+RUN_UP = 60  # frames kept before the running
 
 
 class RunComposer:
-    """Makes long runs out of short ones; counts what it dropped and why."""
+    """Compose long runs from short ones; report counts kept and dropped ones by reason."""
 
     def __init__(self, clips: list[Clip], seed: int) -> None:
         self.rng = np.random.default_rng(seed)
@@ -54,7 +54,7 @@ class RunComposer:
         return clip.labels[-1] in STANDING and not clip.bad[running[-1] - SHORTEST :].any()
 
     def compose(self) -> Clip | None:
-        """A run from a stand to a stand, or None."""
+        """Return a run from standing to standing, or None."""
         number = int(self.rng.choice(self.starts))
         run = self.clips[number]
         begins = int(np.flatnonzero(run.labels == "run")[0])
@@ -74,7 +74,7 @@ class RunComposer:
         return made if why is None else None
 
     def _next(self, number: int, frame: int, last: bool) -> tuple[int, int, int] | None:
-        """(clip, first frame, last frame) of a piece that goes on from a frame of running."""
+        """Return (clip, first frame, last frame) of an excerpt that continues a frame of running, or None."""
         at = self.index.get((number, frame))
         if at is None:
             return None
@@ -91,6 +91,6 @@ class RunComposer:
         return choices[self.rng.integers(len(choices))] if choices else None
 
     def _stretch(self, clip: int, first: int) -> int:
-        """Last frame of the clean running that ``first`` lies in."""
+        """Return the last frame of the clean running that contains ``first``."""
         spoilt = np.flatnonzero(~self._running(self.clips[clip])[first:])
         return first + int(spoilt[0]) - 1 if len(spoilt) else len(self.clips[clip]) - 1

@@ -1,4 +1,4 @@
-"""A training sequence: a motion with its goals, its piece of furniture, and which frames may be learnt from."""
+"""A training sequence: a motion with its goals, its piece of furniture, and flags of unusable frames."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SMOOTHING = 15  # frames of the window that turns labels into continuous action 
 
 @dataclass
 class Sequence:
-    """root (T, 3), rotations (T, 22, 4), labels (T,), feet (T, 2) right and left, bad (T,) as in mocap.Clip.
+    """A motion with its goals; root (T, 3), rotations (T, 22, 4), labels (T,), feet (T, 2), bad (T,) as in mocap.Clip.
 
-    goal: (T, 6) world position and direction of the goal in force; goal_action: (T,) index into ACTIONS.
+    goal: (T, 6) world position and direction of the current goal; goal_action: (T,) index into ACTIONS.
     piece: index of the furniture, -1 for none; placement: (x, z, yaw) of the piece in the world, metres and radians.
-    open_start, open_end: True where the motion was cut while moving, so that what lies beyond is unknown.
-    kind: which share of the data it belongs to, for balanced sampling. weight: of its frames in
-    sampling, relative to others of the kind. more: (piece, placement) of other furniture that the motion fits.
+    open_start, open_end: True where the motion was cut while moving, so that its continuation is unknown.
+    kind: share of the data to which it belongs, for balanced sampling. weight: of its frames in sampling, relative
+    to others of the kind. more: (piece, placement) of other furniture that the motion fits.
     posture: (9,) share of the rest in each of vocabulary.POSTURE_NAMES; zeros where it is unknown.
     """
 
@@ -49,7 +49,7 @@ class Sequence:
         return len(self.root)
 
     def action_weights(self) -> np.ndarray:
-        """Continuous action weights (T, 5)."""
+        """Return continuous action weights (T, 5)."""
         one_hot = np.eye(5)[[ACTION_OF_LABEL[label] for label in self.labels]]
         half = SMOOTHING // 2
         kernel = np.hanning(SMOOTHING + 2)[1:-1]
@@ -58,7 +58,7 @@ class Sequence:
         return np.stack([np.convolve(padded[:, k], kernel, "valid") for k in range(5)], -1)
 
     def contacts(self) -> np.ndarray:
-        """Contacts (T, 5): pelvis, right hand, left hand, right foot, left foot."""
+        """Return contacts (T, 5): pelvis, right hand, left hand, right foot, left foot."""
         pelvis = np.isin(self.labels, ("sit", "lie")).astype(float)
         hands = np.zeros((len(self), 2)) if self.hands is None else self.hands
         return np.column_stack([pelvis, hands, self.feet])
@@ -84,10 +84,10 @@ def save(
     mirrored: bool = False,
     goal_grid: bool = False,
 ) -> None:
-    """All sequences and the pieces' grids in one compact file: quaternions as int16.
+    """Save all sequences and the pieces' grids in one compressed file, quaternions as int16.
 
-    mirrored: the mirror image of every sequence belongs to the set and is added when the file is read. goal_grid:
-    whether the grids are drawn around the goals.
+    mirrored: whether the mirror image of every sequence is added when the file is read. goal_grid: whether the grids
+    are centred on the goals.
     """
     lengths = np.array([len(s) for s in sequences])
     more_pieces, more_placements = _more(sequences)

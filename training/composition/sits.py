@@ -1,6 +1,6 @@
-"""Sits on furniture: real sits carried to seats of other heights, approached from afar (section 4.2).
+"""Sits on furniture: captured sits adapted to seats of other heights, with long approaches (paper, section 4.2).
 
-The piece of furniture is put under the sit, not the sit onto the piece: its goal coincides with the seated pelvis.
+The piece of furniture is moved to the sit, not the sit to the piece: its goal coincides with the seated pelvis.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .walks import by_way_point, way_points
 
 LONGEST_HOLD = 240  # frames of sitting kept in one sequence
 MOST_LIFT = 0.15  # metres by which a sit may be raised or lowered to another seat
-SIDEWAYS = 0.15  # share of the sits that face another way than the seat does: over its side, over a corner
-TURNS = (np.radians(35), np.radians(95))  # by which they do
+SIDEWAYS = 0.15  # share of the sits that face over the seat's side or corner
+TURNS = (np.radians(35), np.radians(95))  # range of angles between their facing and the seat's
 PACES = (0.85, 1.2)
-ALL_PACES = 0.5  # share of the sits that are made slower or faster
-PILLOW = 0.16  # metres over and under the mattress that count as its surface
-SUNK = 0.05  # metres
-TOUCH = 0.07  # metres that the seat's surface may be off from under the buttocks
+ALL_PACES = 0.5  # share of the sits with a changed pace
+PILLOW = 0.16  # metres above and below the mattress that count as its surface
+SUNK = 0.05  # largest penetration of the surface, metres
+TOUCH = 0.07  # largest gap or penetration (m) between buttocks and seat
 _BONES = [
     (1, 4),
     (2, 5),
@@ -51,7 +51,7 @@ _RADII = np.array([0.07, 0.07, 0.05, 0.05, 0.05, 0.05, 0.04, 0.04, 0.11, 0.11, 0
 
 @dataclass(frozen=True)
 class Furnishing:
-    """A piece with its goals: surface points (N, 3), goals in its own frame."""
+    """A piece with its goals: surface points (N, 3), metres, and goals in the piece's frame."""
 
     index: int
     surface: np.ndarray
@@ -59,21 +59,21 @@ class Furnishing:
 
 
 def lifted(clip: Clip, event_pelvis: float, lift: float) -> Clip:
-    """The clip with its seated pelvis raised by ``lift`` metres; standing frames stay."""
+    """Return the clip with its seated pelvis raised by ``lift`` metres; standing frames stay."""
     standing = np.percentile(clip.root[:, 1], 95)
     weight = smoothstep((standing - clip.root[:, 1]) / max(standing - event_pelvis, 0.05))
     return replace(clip, root=clip.root + np.outer(weight * lift, [0.0, 1.0, 0.0]))
 
 
 def placement(goal: Goal, pelvis: np.ndarray, yaw: float) -> tuple[float, float, float]:
-    """(x, z, yaw) that puts a piece's goal under a pelvis at (3,) that faces yaw."""
+    """Return (x, z, yaw), metres and radians, that place a piece's goal at a pelvis (3,) facing yaw."""
     turn = yaw - np.arctan2(goal.direction[0], goal.direction[2])
     there = rotation.rotate(rotation.about_y(turn), goal.position)
     return float(pelvis[0] - there[0]), float(pelvis[2] - there[2]), float(turn)
 
 
 def _probe_points(clip: Clip, place: tuple[float, float, float]) -> np.ndarray:
-    """Middle points of the limbs and the trunk (T, 12, 3) in the frame of a piece that stands at a place."""
+    """Return the midpoints of limbs and trunk (T, 12, 3) in the frame of a piece with this placement."""
     positions, _ = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
     points = np.stack([(positions[:, a] + positions[:, b]) / 2 for a, b in _BONES], 1)
     away = points - np.array([place[0], 0.0, place[1]])
@@ -81,7 +81,7 @@ def _probe_points(clip: Clip, place: tuple[float, float, float]) -> np.ndarray:
 
 
 def sunk(lying: Clip, piece: Furnishing, place: tuple[float, float, float], mattress: float) -> str | None:
-    """Why a body that lies on a piece all along does not fit its surface, or None. mattress: its height."""
+    """Return why a lying body does not fit the surface of a piece, or None. mattress: its height, metres."""
     local = _probe_points(lying, place)[::4]
     top = piece.surface[np.abs(piece.surface[:, 1] - mattress) < PILLOW]
     flat = local.reshape(-1, 3)
@@ -96,7 +96,7 @@ def sunk(lying: Clip, piece: Furnishing, place: tuple[float, float, float], matt
 def collides(
     clip: Clip, piece: Furnishing, place: tuple[float, float, float], seated: np.ndarray
 ) -> str | None:
-    """Why the motion and the piece do not go together, or None. seated: (T,) frames on the seat."""
+    """Return why a motion collides with a piece, or None. seated: (T,) flags of frames on the seat."""
     local = _probe_points(clip, place)[::3]
     distance = (
         cKDTree(piece.surface)
@@ -117,9 +117,9 @@ def collides(
 
 
 def _inside(points: np.ndarray, surface: np.ndarray) -> np.ndarray:
-    """Which points (T, K, 3) have the piece's surface both above and around them: legs in a closed bed or sofa.
+    """Flag points (T, K, 3) with the piece's surface above and around them, such as legs inside a closed bed or sofa.
 
-    Only what is lower than a table counts, so that legs may be under tables.
+    Only surfaces lower than a table count, so that legs may be under tables.
     """
     above = surface[surface[:, 1] < 0.62]
     if not len(above):
@@ -131,7 +131,7 @@ def _inside(points: np.ndarray, surface: np.ndarray) -> np.ndarray:
 
 
 def untouched(pelvis: np.ndarray, piece: Furnishing, place: tuple[float, float, float]) -> str | None:
-    """Why a seated pelvis (3,) does not rest on a piece, or None."""
+    """Return why a seated pelvis (3,) does not rest on a piece, or None."""
     local = rotation.rotate(rotation.about_y(-place[2]), pelvis - np.array([place[0], 0.0, place[1]]))
     away = piece.surface - local
     below = (np.hypot(away[:, 0], away[:, 2]) < 0.12) & (away[:, 1] < -0.05)
@@ -142,15 +142,15 @@ def untouched(pelvis: np.ndarray, piece: Furnishing, place: tuple[float, float, 
 
 
 def of_one_height(heights: np.ndarray, first: int, most: int, rng: np.random.Generator) -> list[int]:
-    """The index ``first`` and up to ``most`` - 1 random others within two centimetres of its height."""
+    """Return the index ``first`` and up to ``most`` - 1 random others within two centimetres of its height."""
     alike = np.flatnonzero(np.abs(heights - heights[first]) < 0.02)
     return [first, *rng.permutation(alike[alike != first])[: most - 1]]
 
 
 class Composer:
-    """Makes sit sequences out of events, pieces and walks; counts what it dropped and why.
+    """Compose sit sequences from events, pieces and walks; report counts kept and dropped ones by reason.
 
-    plain: sits stay as they were captured, on pieces of just their height (the ablation without augmentation).
+    plain: sits stay as captured, on pieces of exactly their height (the ablation without augmentation).
     """
 
     def __init__(self, pieces: list[Furnishing], walks: WalkIndex, seed: int, plain: bool = False) -> None:
@@ -162,8 +162,11 @@ class Composer:
         self.heights = np.array([goal.position[1] for _, goal in self.seats])
 
     def compose(self, event: SitEvent) -> Sequence | None:
-        """One sequence from an event: a seat's height, lift, approach, hold and perhaps standing up again, on the
-        first of some pieces of that height that the motion does not run into."""
+        """Return a sequence from an event, or None.
+
+        It has a lift to a seat's height, an approach, a hold and optionally standing up, on the first of some pieces of
+        that height without a collision.
+        """
         seats = self._seats_of_one_height(event)
         if not seats:
             self.report["no seat of that height"] += 1
@@ -193,20 +196,20 @@ class Composer:
         return None
 
     def _turned(self, goal: Goal) -> tuple[Goal, bool]:
-        """The goal, now and then turned so that one sits sideways, and whether it is."""
+        """Return the goal, turned for a sideways sit in SIDEWAYS of the cases, and whether it is."""
         if self.plain or self.rng.random() > SIDEWAYS:
             return goal, False
         turn = self.rng.choice([-1.0, 1.0]) * self.rng.uniform(*TURNS)
         return replace(goal, direction=rotation.rotate(rotation.about_y(turn), goal.direction)), True
 
     def _paced(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
-        """The excerpt, slower or faster."""
+        """Return the excerpt at a random pace, and its key frames."""
         factor = self.rng.uniform(*PACES)
         quick = paced(clip, factor)
         return quick, {name: min(round(at / factor), len(quick) - 1) for name, at in frames.items()}
 
     def _seats_of_one_height(self, event: SitEvent, most: int = 12) -> list[tuple[Furnishing, Goal]]:
-        """Seats within reach of the event's lift: a random one, and others within two centimetres of its height."""
+        """Return seats within the lift's range: a random one, and others within two centimetres of its height."""
         lift = 0.02 if self.plain else MOST_LIFT
         fits = np.flatnonzero(np.abs(self.heights - event.pelvis[1]) < lift)
         if not len(fits):
@@ -215,7 +218,7 @@ class Composer:
         return [self.seats[k] for k in of_one_height(self.heights, first, most, self.rng)]
 
     def _excerpt(self, event: SitEvent) -> tuple[Clip, dict[str, int]]:
-        """The event's own frames, from its approach to the end of the hold or of leaving."""
+        """Return the event's own frames, from its approach to the end of the hold or of leaving, and its key frames."""
         last = event.seat_end
         long_sit = event.seat_end - event.seated > LONGEST_HOLD
         if long_sit:
@@ -232,7 +235,7 @@ class Composer:
         return clip, frames
 
     def approach(self, clip: Clip, frames: dict[str, int]) -> tuple[Clip, dict[str, int]]:
-        """A real walk in front of the event, joined where it matches best among some random frames."""
+        """Return the event with a captured walk prepended, joined at a matching random frame, and its key frames."""
         features = pose_features(clip.root, clip.rotations)
         for _ in range(6):
             entry = int(self.rng.integers(2, max(frames["down"] - 8, 3)))
@@ -254,7 +257,7 @@ class Composer:
         self, clip: Clip, frames: dict[str, int], piece: int, place: tuple[float, float, float],
         pelvis: np.ndarray, yaw: float, yaw_all: np.ndarray,
     ) -> Sequence:  # fmt: skip
-        """Goals: perhaps a way-point first, then the seat, then wherever the clip goes after standing up."""
+        """Return the sequence with its goals: optionally a way-point, the seat, then way-points after standing up."""
         count = len(clip)
         goal = np.tile([*pelvis, np.sin(yaw), 0.0, np.cos(yaw)], (count, 1))
         action = np.full(count, 3)

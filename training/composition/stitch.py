@@ -1,4 +1,4 @@
-"""Long approaches: any real walk joined to the entry of a sit where their poses and velocities match."""
+"""Long approaches: captured walks joined to the entry of a sit where poses and velocities match."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ...samp_addon.easing import smoothstep
 from ..mocap.clip_files import FPS, Clip
 from ..mocap.events import headings, turned
 
-FADE = 12  # frames over which the difference at the joint dies away (inertial blending)
+FADE = 12  # frames over which the offset at the join decays (inertial blending)
 _WATCHED = [skeleton.INDEX[n] for n in ("left_foot", "right_foot", "left_ankle", "right_ankle", "left_wrist",
                                         "right_wrist", "head", "pelvis")]  # fmt: skip
 
 
 def pose_features(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Features (T, 48): positions and velocities (weighted by 0.15 s) of eight joints in the root frame."""
+    """Return features (T, 48): positions and velocities (weighted by 0.15 s) of eight joints in the root frame."""
     positions, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
     yaw = headings(root, rotations)
     back = np.broadcast_to(rotation.about_y(-yaw)[:, None], (len(root), len(_WATCHED), 4))
@@ -30,7 +30,7 @@ def pose_features(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 
 
 class WalkIndex:
-    """Nearest-neighbour search over all frames of walking that have some seconds of clean walking before them."""
+    """Nearest-neighbour search over all frames of walking that follow ``history`` frames of their clip."""
 
     def __init__(self, clips: list[Clip], history: int = 20, stride: int = 2) -> None:
         self.clips = clips
@@ -46,13 +46,13 @@ class WalkIndex:
         self.tree = cKDTree(np.concatenate(features))
 
     def matches(self, feature: np.ndarray, count: int, farthest: float) -> list[tuple[int, int]]:
-        """Up to count (clip, frame) pairs whose features are within ``farthest`` of ``feature`` (48,)."""
+        """Return up to count (clip, frame) pairs whose features are within ``farthest`` of ``feature`` (48,)."""
         distance, index = self.tree.query(feature, k=count)
         return [self.where[i] for d, i in zip(distance, index, strict=True) if d < farthest]
 
 
 def clean_start(clip: Clip, frame: int, longest: int) -> int:
-    """First frame of the unbroken clean stretch, at most ``longest`` frames, that ends at ``frame``."""
+    """Return the first frame of the clean run of at most ``longest`` frames that ends at ``frame``."""
     start = max(0, frame - longest)
     spoilt = np.flatnonzero(
         clip.bad[start : frame + 1] | np.isin(clip.labels[start : frame + 1], ("sit", "lie"))
@@ -61,9 +61,9 @@ def clean_start(clip: Clip, frame: int, longest: int) -> int:
 
 
 def join(before: Clip, after: Clip) -> Clip:
-    """``before`` moved so that it leads into ``after``, which stays in place; ``after`` takes over smoothly.
+    """Join two clips: ``before`` is moved to lead into ``after``, which stays in place, and the offset fades out.
 
-    The last frame of before and the first of after are the same moment.
+    The last frame of before and the first of after are the same instant.
     """
     turn = (
         headings(after.root[:1], after.rotations[:1])[0]

@@ -1,4 +1,4 @@
-"""Goals for locomotion: way-points drawn on the way a real clip goes, and places where it stands still."""
+"""Goals for locomotion: random way-points on the path of a captured clip, and places where it stands still."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ STANDING = ("idle", "shift", "other", "stand_up", "get_up")
 
 
 def goal_at(root: np.ndarray, yaw: np.ndarray, frame: int) -> np.ndarray:
-    """Goal (6,) on the floor under the pelvis at a frame, facing the heading there."""
+    """Return the goal (6,) on the floor under the pelvis at a frame, facing the heading there."""
     return np.array([root[frame, 0], 0.0, root[frame, 2], np.sin(yaw[frame]), 0.0, np.cos(yaw[frame])])
 
 
 def way_points(
     root: np.ndarray, yaw: np.ndarray, labels: np.ndarray, start: int, stop: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Goals (stop - start, 6) and action indices for the frames start .. stop - 1 of a motion that may stand still."""
+    """Return goals (stop - start, 6) and action indices for the frames start .. stop - 1 of a motion on foot."""
     goals, actions = np.zeros((stop - start, 6)), np.zeros(stop - start, dtype=int)
     still = np.isin(labels, STANDING)
     t = start
@@ -48,7 +48,7 @@ def way_points(
 def _stand(
     root: np.ndarray, yaw: np.ndarray, still: np.ndarray, first: int, stop: int
 ) -> tuple[int, np.ndarray]:
-    """Frame at which the standing that begins at ``first`` ends, and the goal (6,) in its middle."""
+    """Return the frame at which the standing that begins at ``first`` ends, and the goal (6,) in its middle."""
     moving = np.flatnonzero(~still[first:stop])
     last = first + int(moving[0]) if len(moving) else stop
     last = min(last, first + 240)
@@ -63,9 +63,9 @@ def by_way_point(
     down: int,
     rng: np.random.Generator,
 ) -> None:
-    """Puts, in half of the longer approaches, a way-point in front of the goal: changes goals (T, 6), actions (T,).
+    """Insert a way-point before the goal in half of the longer approaches; changes goals (T, 6), actions (T,).
 
-    down: frame in which the interaction begins.
+    down: frame at which the interaction begins.
     """
     if down > 75 and rng.random() < 0.5:
         via = int(rng.integers(30, down - 30))
@@ -76,7 +76,7 @@ def by_way_point(
 
 
 def walk_sequence(clip: Clip, rng: np.random.Generator) -> Sequence:
-    """A clip of locomotion or standing with goals on its way."""
+    """Return a clip of locomotion or standing as a sequence with goals on its path."""
     yaw = headings(clip.root, clip.rotations)
     goal, action = way_points(clip.root, yaw, clip.labels, 0, len(clip), rng)
     share = {label: np.mean(clip.labels == label) for label in ("run", "walk")}

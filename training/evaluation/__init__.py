@@ -1,1 +1,1 @@
-"""SAMP, section 5: what takes measure on furniture and against motion that no training has seen."""
+"""The evaluation of SAMP (section 5): takes on held-out furniture, compared with held-out motion."""

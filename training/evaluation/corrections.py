@@ -1,4 +1,4 @@
-"""The corrections of finishing, left out one at a time: what each of them still changes with a network."""
+"""Ablation of finishing: measures without each of its corrections in turn."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def measure(jobs: stages.Jobs, network: MotionNetwork | None = None) -> dict[str
 
 
 def table(action: str, found: dict[str, Stage]) -> str:
-    """Markdown: a row for each version of finishing."""
+    """Return a Markdown table with a row for each version of finishing."""
     lines = [f"{action}: corrections of finishing, first attempts", ""]
     lines.append("| corrections | " + " | ".join(name for _, name in COLUMNS) + " |")
     lines.append("|---" * (len(COLUMNS) + 1) + "|")

@@ -1,4 +1,4 @@
-"""What real, held-out motion measures: the takes are put beside it."""
+"""Measures of captured, held-out motion, as a reference for takes."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ LABELS = {
     "run": ("run",),
     "lie": ("lie", "lie_down", "get_up"),
 }
-LEAST_SHARE = 0.3  # of a clip's frames that show an action
-GOING = {"walk": 0.5, "run": 1.2}  # m/s over which somebody walks or runs
+LEAST_SHARE = 0.3  # least share of a clip's frames with the action
+GOING = {"walk": 0.5, "run": 1.2}  # speed (m/s) above which a body walks or runs
 LEAST_FRAMES = 10
 
 
 def real_motion(folder: Path, action: str) -> list[Motion]:
-    """Test clips of an action, by the labels; none where the folder is missing."""
+    """Return the test clips of an action, by their labels; none where the folder is missing."""
     found = []
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as data:
@@ -39,7 +39,7 @@ def real_motion(folder: Path, action: str) -> list[Motion]:
 
 
 def spell(motion: Motion, action: str) -> Motion:
-    """The part of a walk or run in which it goes on, its longest quick stretch; of others, all."""
+    """Return the longest run of frames faster than GOING in a walk or run; the whole motion of other actions."""
     if action not in GOING:
         return motion
     speed = np.linalg.norm(np.gradient(motion.root[:, [0, 2]], 1 / motion.fps, axis=0), axis=-1)
@@ -53,7 +53,7 @@ def spell(motion: Motion, action: str) -> Motion:
 
 
 def measures(real: Sequence[Motion], action: str) -> dict[str, float]:
-    """Mean over clips of what can be measured of real motion: feet, jerk, posture, and the APD of all of them."""
+    """Return the means over captured clips of feet, jerk and posture, and the APD of all clips."""
     measured = [
         feet.measures(motion, 0.0) | {"jerk_m_s3": metrics.jerk(motion)} | posture.measures(motion)
         for motion in real
@@ -69,8 +69,10 @@ def measures(real: Sequence[Motion], action: str) -> dict[str, float]:
 
 
 def real_pace(folders: Sequence[Path]) -> tuple[float, float] | None:
-    """Seconds and seconds a metre that real people need to walk to a seat and sit still on it: a straight line through
-    all captured sits of some folders; None where there are fewer than ten."""
+    """Return the time of captured people to walk to a seat and sit still: seconds, and seconds per metre.
+
+    They are fitted linearly to all captured sits of the folders; None where there are fewer than ten.
+    """
     ways, times = [], []
     for clip in (clip for folder in folders if folder.exists() for clip in clip_files.load_clips(folder)):
         for event in sit_events(clip):
@@ -88,7 +90,7 @@ def real_pace(folders: Sequence[Path]) -> tuple[float, float] | None:
 
 
 def execution_ratios(results: Results, pace: tuple[float, float]) -> list[float]:
-    """The takes' execution times over those of real people on ways of the same length."""
+    """Return the takes' execution times over those of captured people on paths of the same length."""
     ratios = []
     for take, numbers in zip(results.takes, results.numbers, strict=True):
         way = float(np.linalg.norm(np.diff(take.waypoints[:, [0, 2]], axis=0), axis=-1).sum())

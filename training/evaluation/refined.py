@@ -1,4 +1,4 @@
-"""What refining makes of the evaluation's takes: the measures before and after."""
+"""Measures of the evaluation's takes before and after refinement."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Mended:
-    """Measures before and after, how many seconds it took for each second of motion, and metres left deep."""
+    """Measures before and after, seconds of computation per second of motion, and remaining depth, metres."""
 
     before: dict
     after: dict
@@ -38,7 +38,7 @@ class Mended:
 
 
 def mend(take: Take, scene: SceneGeometry) -> Mended:
-    """Refines a take of the evaluation, nothing in whose rooms gives."""
+    """Refine a take of the evaluation, with rigid objects; return its measures."""
     floor = take.floor
     begun = time.perf_counter()
     made = refine(
@@ -51,7 +51,7 @@ def mend(take: Take, scene: SceneGeometry) -> Mended:
 
 
 def table(action: str, mended: list[Mended]) -> str:
-    """Markdown: each measure before and after."""
+    """Return a Markdown table of each measure before and after."""
     lines = [
         f"{action}, refined: {len(mended)} takes",
         "",
@@ -62,7 +62,7 @@ def table(action: str, mended: list[Mended]) -> str:
         cells = []
         for numbers in ([m.before for m in mended], [m.after for m in mended]):
             values = [n[key] for n in numbers if n.get(key) is not None]
-            cells.append(_told(key, values))
+            cells.append(_cell(key, values))
         lines.append(f"| {name} | {cells[0]} | {cells[1]} | {WANTED.get(key, '')} |")
     lines.append(f"| seconds for a second of motion | | {Estimate.of([m.pace for m in mended])} | <= 1.0 |")
     unsolved = sum(m.unsolved > 0.02 for m in mended)
@@ -70,7 +70,7 @@ def table(action: str, mended: list[Mended]) -> str:
     return "\n".join(lines)
 
 
-def _told(key: str, values: list[float]) -> str:
+def _cell(key: str, values: list[float]) -> str:
     if not values:
         return "-"
     mean = Estimate.of(values)

@@ -1,4 +1,4 @@
-"""The tables of the evaluation, as Markdown: one for each action, and one that sets networks side by side."""
+"""Markdown tables of the evaluation: one for each action, and a comparison of networks."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ COMPARED = ("position_error_cm", "rotation_error_deg", "execution_time_s", "pene
 def table(
     action: str, results: Results, real: Sequence[Motion], pace: tuple[float, float] | None = None
 ) -> str:
-    """The measures of an action. real: held-out motion of it. pace: of real people, see reference.real_pace."""
+    """Return the measures of an action. real: its held-out motion. pace: see reference.real_pace."""
     asked = results.asked
     lines = [f"{action}: {len(results.takes)} takes of {asked} asked for"]
     if not results.takes:
@@ -60,8 +60,8 @@ def table(
         if (found := results.estimate(key)) is not None:
             lines.append(tables.row(action, key, name, str(found), own.get(key)))
     if pace is not None and (ratios := reference.execution_ratios(results, pace)):
-        told = str(tables.Estimate.of(ratios))
-        lines.append(tables.row(action, "execution_ratio", "execution time over real", told))
+        ratio = str(tables.Estimate.of(ratios))
+        lines.append(tables.row(action, "execution_ratio", "execution time over real", ratio))
     if results.alike:
         aligned = tables.Estimate.of([diversity.diversity_in_time(motions) for motions in results.alike])
         lines.append(tables.row(action, "APD_in_time", "APD between takes, frame by frame", str(aligned)))
@@ -73,7 +73,7 @@ def table(
 
 
 def comparison(action: str, versions: Mapping[str, Results], real: Sequence[Motion]) -> str:
-    """Networks side by side (tables 2 to 5): a row for each, by name."""
+    """Return a comparison of networks (tables 2 to 5), with a row for each, by name."""
     names = dict(MEANS)
     columns = ["success", *(names[key] for key in COMPARED), "APD", "FD"]
     lines = [f"| {action} | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
@@ -94,7 +94,7 @@ def _won(results: Results) -> int:
 
 
 def _apd(action: str, results: Results) -> tables.Estimate | None:
-    """Over takes of the same job, as in section 5.2: pooled over time, for comparison with the paper only."""
+    """Return the APD over takes of the same job, pooled over time as in section 5.2, to compare with the paper."""
     if not results.alike:
         return None
     return tables.Estimate.of(

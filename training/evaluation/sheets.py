@@ -1,4 +1,4 @@
-"""Contact sheets of random takes, from two sides: what no number tells."""
+"""Contact sheets of random takes, from two sides, for visual checks."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ...samp_addon.vocabulary import SEATED
 from ..look import cut, look
 from .takes import Results
 
-BEFORE = 2.5  # seconds drawn of the way before somebody sits or lies down
+BEFORE = 2.5  # seconds shown before the body sits or lies down
 TILES = 12
 
 
 def draw(action: str, results: Results, folder: Path, count: int, seed: int = 0) -> list[Path]:
-    """Sheets of up to ``count`` random takes; of sits and lies the end of the way and what follows."""
+    """Draw sheets of up to ``count`` random takes, of sits and lies from BEFORE on; return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     chosen = np.sort(np.random.default_rng(seed).permutation(len(results.takes))[:count])
     paths = []

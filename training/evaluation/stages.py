@@ -1,8 +1,8 @@
 """Measures of three stages of the same takes: the network alone, with path following, and finished.
 
-Finishing blends the last frames onto the goal, so the finished numbers alone say little of a network. All takes count,
-also those that got stuck; each is compared with its goal on the object. Two more versions of the guided takes show what
-the network uses: one without its object, and one in which only z differs between the takes of a job.
+Finishing blends the last frames onto the goal, so finished measures alone say little about a network. All takes count,
+including stuck ones; each is compared with its goal on the object. Two variants of the guided takes show what the
+network uses: one without the object, and one in which only z differs between the takes of a job.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ ROWS = (
     ("walk_step_width_m", "walking: step width, m"),
     ("idle_knee_deg", "idle: knee flexion, deg"),
 )
-LAST_SECONDS = 2.0  # seconds at the end of a take in which the change by finishing is told apart
+LAST_SECONDS = 2.0  # seconds at the end of a take for which the change by finishing is reported separately
 
 
 @dataclass
 class Stage:
-    """The takes of a stage by (job, seed), their measures, piece or room, and how many there are none of."""
+    """The takes of a stage by (job, seed), their measures, piece or room, and the number of failed takes."""
 
     motions: dict[tuple[int, int], Motion] = field(default_factory=dict)
     numbers: list[dict] = field(default_factory=list)
@@ -67,7 +67,7 @@ class Stage:
     failed: int = 0
 
     def estimate(self, key: str) -> Estimate | None:
-        """Return the mean of a measure over all takes that have it; takes that were not made do not succeed."""
+        """Return the mean of a measure over all takes that have it; failed takes count as unsuccessful."""
         known = [k for k, numbers in enumerate(self.numbers) if numbers.get(key) is not None]
         if not known:
             return None
@@ -90,7 +90,8 @@ def networks_of_stage(
 ) -> Networks:
     """Return networks whose takes end at a stage, one of generator.STAGES.
 
-    network: the shipped one if left out. change: of the requests, before the rollout. without: finish.CORRECTIONS.
+    network: by default the shipped one. change: applied to the requests before the rollout. without: names in
+    finish.CORRECTIONS to leave out.
     """
 
     def generate(
@@ -102,17 +103,17 @@ def networks_of_stage(
 
 
 def without_object(requests: Sequence[Request]) -> list[Request]:
-    """Return requests whose voxels are zero."""
+    """Return the requests with empty voxels."""
     return [replace(request, object_triangles=None) for request in requests]
 
 
 def with_own_z(requests: Sequence[Request]) -> list[Request]:
-    """Return the first request as often as there are requests, each with a z of its own."""
+    """Return copies of the first request, with the z of each request."""
     return [replace(requests[0], latent_seed=request.seed) for request in requests]
 
 
 def measure(jobs: Jobs, network: MotionNetwork | None = None) -> dict[str, Stage]:
-    """Generate the first attempt of each take at each stage. jobs: with the piece or room that they are in."""
+    """Generate and measure the first attempt of each take at each stage. jobs: with the name of the piece or room."""
     found = {stage: run(jobs, stage, network) for stage in generator.STAGES}
     found[HIDDEN] = run(jobs, GUIDED, network, change=without_object)
     found[Z_ALONE] = run(jobs, GUIDED, network, goal_measures, with_own_z)
@@ -127,9 +128,9 @@ def run(
     change: Change | None = None,
     without: Collection[str] = (),
 ) -> Stage:
-    """Generate and measure the first attempt of each take at a stage; arguments as networks_of_stage.
+    """Generate and measure the first attempt of each take at a stage; see networks_of_stage.
 
-    measures: of a take; all_measures if left out.
+    measures: function of a take, by default all_measures.
     """
     measures = measures or all_measures
     method = Samp(networks_of_stage(stage, network, change, without))
@@ -148,7 +149,7 @@ def run(
 
 
 def goal_measures(take: Take, view: SceneView) -> dict:
-    """Return the measures of a take that only need its goal."""
+    """Return the measures of a take that depend only on its goal."""
     return metrics.goal_measures(take.motion, take.goal)
 
 
@@ -165,7 +166,7 @@ def all_measures(take: Take, view: SceneView) -> dict:
 
 
 def changes_by_finishing(found: dict[str, Stage]) -> tuple[float, float] | None:
-    """Return how far finishing moves the body's joints in the mean, cm: in the last two seconds, and in all frames."""
+    """Return the mean displacement of the joints by finishing, cm: in the last two seconds, and in all frames."""
     last, whole = [], []
     for key, motion in found[FINISHED].motions.items():
         before = found[GUIDED].motions.get(key)
@@ -179,7 +180,7 @@ def changes_by_finishing(found: dict[str, Stage]) -> tuple[float, float] | None:
 
 
 def table(action: str, found: dict[str, Stage]) -> str:
-    """Markdown: a column for each stage, intervals by bootstrap over pieces or rooms."""
+    """Return a Markdown table with a column for each stage; intervals are bootstrapped over pieces or rooms."""
     takes = len(found[FINISHED].numbers)
     lines = [
         f"{action}: first attempts, all {takes} takes",
@@ -198,7 +199,7 @@ def table(action: str, found: dict[str, Stage]) -> str:
 
 
 def _remarks(found: dict[str, Stage]) -> list[str]:
-    """Return sentences about what the network uses and what finishing changes."""
+    """Return sentences on the use of object and z by the network, and on the change by finishing."""
     lines = []
     if (moved := changes_by_finishing(found)) is not None:
         lines.append(

@@ -1,4 +1,4 @@
-"""Numbers as they stand in a table: with their uncertainty, and beside the paper's and the wanted ones."""
+"""Table cells: measures with their uncertainty, the paper's values and the wanted ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAPER = {
     ("sit", "penetration_5cm_percent"): 3.8, ("sit", "FD"): 104.68, ("lie", "FD"): 17.30, ("walk", "FD"): 111.09,
     ("run", "FD"): 141.11,
 }  # fmt: skip
-"""Of SAMP, tables 2 to 5; its penetration is the share of frames with any."""
+"""Values of SAMP, tables 2 to 5; its penetration is the share of frames with any penetration."""
 
 WANTED = {
     ("sit", "success"): ">= 97 %", ("lie", "success"): ">= 95 %", ("sit", "position_error_cm"): "<= 4",
@@ -44,14 +44,14 @@ class Estimate:
 
     @classmethod
     def of(cls, values: Sequence[float], clusters: Sequence[str] | None = None) -> Estimate:
-        """Return the mean and its interval; no width where there are fewer than two values. ValueError for none.
+        """Return the mean and its interval, whose width is NaN for a single value. Raise ValueError for none.
 
-        clusters: the piece or room of each value, over which the interval is bootstrapped; takes on one piece are not
-        independent. Without them, Student's interval.
+        clusters: the piece or room of each value, over which the interval is bootstrapped, since takes on one piece are
+        not independent. Without them, the interval is Student's.
         """
         count = len(values)
         if not count:
-            raise ValueError("there are no values to take a mean of")
+            raise ValueError("a mean needs at least one value")
         mean = statistics.fmean(values)
         if clusters is not None:
             return cls(mean, _bootstrapped(values, clusters), count)
@@ -65,7 +65,7 @@ class Estimate:
 
 
 def _bootstrapped(values: Sequence[float], clusters: Sequence[str]) -> float:
-    """Return half the width of the 95 % interval of the mean, of resampled clusters; NaN for fewer than two."""
+    """Return half the width of the mean's 95 % interval by resampling clusters; NaN for fewer than two."""
     names, owner = np.unique(list(clusters), return_inverse=True)
     if len(names) < 2:
         return math.nan
@@ -77,18 +77,24 @@ def _bootstrapped(values: Sequence[float], clusters: Sequence[str]) -> float:
 
 
 def share(won: int, asked: int) -> tuple[float, float]:
-    """Wilson's 95 % interval (0 to 1) of a share of successes."""
+    """Return Wilson's 95 % interval (0 to 1) of a share of successes. Raise ValueError for an invalid share."""
     if asked < 1 or not 0 <= won <= asked:
-        raise ValueError(f"{won} of {asked} is no share")
+        raise ValueError(f"{won} of {asked} is not a valid share")
     interval = stats.binomtest(won, asked).proportion_ci(0.95, "wilson")
     return float(interval.low), float(interval.high)
 
 
-def row(action: str, key: str, name: str, told: str, real: float | None = None) -> str:
-    """One line of Markdown: measure, measured, real motion, paper, wanted."""
+def row(action: str, key: str, name: str, measured: str, real: float | None = None) -> str:
+    """Return one line of Markdown: measure, measured, real motion, paper, wanted."""
     paper = PAPER.get((action, key))
     wanted = WANTED.get((action, key), ANY.get(key, ""))
-    cells = [name, told, "" if real is None else f"{real:.2f}", "" if paper is None else f"{paper:g}", wanted]
+    cells = [
+        name,
+        measured,
+        "" if real is None else f"{real:.2f}",
+        "" if paper is None else f"{paper:g}",
+        wanted,
+    ]
     return "| " + " | ".join(cells) + " |"
 
 

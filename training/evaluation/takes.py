@@ -1,4 +1,4 @@
-"""Takes in rooms of boxes around held-out furniture, and what each of them measures."""
+"""Generate and measure takes in rooms of boxes with held-out furniture."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from ...tests.support import rooms
 from .. import furniture
 from .tables import Estimate
 
-FIRST_ROOM = 1000  # seed; the rooms of the judge and of the tests are others
-LONG_ENOUGH = 1.65  # metres of the longest side of what somebody of 1.7 m is asked to lie on
+FIRST_ROOM = 1000  # first seed of the rooms; benchmarks and tests use others
+LONG_ENOUGH = 1.65  # least longest side (m) of furniture for lying, for a body of 1.7 m
 SEATS = {"sit": ("armchair", "chair", "sofa", "stool", "bench"), "lie": ("bed", "sofa")}
 
 
 @dataclass
 class Results:
-    """All takes of an action with their measures, those of the same job together, and how many were not made.
+    """All takes of an action with their measures, and the number of failed takes.
 
-    furniture: the triangles (F, 3, 3) around each take, without the floor. scenes: all around each. clusters: the
-    piece or room of each. jobs: all that was asked for, with the piece or room.
+    alike: motions of the same job. furniture: the triangles (F, 3, 3) around each take, without the floor, metres.
+    scenes: with the floor. clusters: the piece or room of each take. jobs: all jobs with their piece or room.
     """
 
     takes: list[Take] = field(default_factory=list)
@@ -50,15 +50,15 @@ class Results:
 
     @property
     def asked(self) -> int:
-        """How many takes were asked for."""
+        """Number of requested takes."""
         return len(self.takes) + self.failed
 
     def values(self, key: str) -> list[float]:
-        """A measure of all takes that have it."""
+        """Return a measure of all takes that have it."""
         return [numbers[key] for numbers in self.numbers if numbers.get(key) is not None]
 
     def estimate(self, key: str) -> Estimate | None:
-        """A measure's mean over all takes that have it, its interval over pieces or rooms; None without any."""
+        """Return a measure's mean over takes that have it, with an interval over pieces or rooms; None without any."""
         known = [numbers.get(key) is not None for numbers in self.numbers]
         if not any(known):
             return None
@@ -67,9 +67,9 @@ class Results:
 
 
 def held_out_seats(folder: Path, action: str = "sit", part: str = "all") -> list[furniture.piece.Piece]:
-    """The pieces to sit or lie on that no training has seen, with procedural ones where the library is missing.
+    """Return the held-out pieces for sitting or lying, with procedural ones where the library is missing.
 
-    None where the folder is missing. part: "tuning", "final" (see furniture.library.part_of) or "all".
+    The list is empty where the folder is missing. part: "tuning", "final" (see furniture.library.part_of) or "all".
     """
     try:
         pieces = furniture.library.load(folder, held_out=True)
@@ -86,7 +86,7 @@ def held_out_seats(folder: Path, action: str = "sit", part: str = "all") -> list
 
 
 def view_of(room: rooms.Room, piece: furniture.piece.Piece | None) -> SceneView:
-    """A room with a real piece in place of its seat, if there is one."""
+    """Return a room as a view, with a piece in place of its seat if one is given."""
     target = room.target.triangles
     if piece is not None:
         turned = rooms.turned(piece.triangles, room.target.yaw)
@@ -97,12 +97,12 @@ def view_of(room: rooms.Room, piece: furniture.piece.Piece | None) -> SceneView:
 
 
 def toolbox(networks: Networks) -> Toolbox:
-    """Return the driver's tools with these networks for SAMP."""
+    """Return the driver's tools with the given networks for SAMP."""
     return Toolbox(methods={Samp.name: Samp(networks)})
 
 
 def straight_on(networks: Networks) -> Networks:
-    """The same networks without the planner: requests go straight from the start to the end of their way."""
+    """Return the networks without the planner: requests have a straight path from start to end."""
 
     def generate(
         requests: Sequence[Request], progress: Callable[[float], None] = lambda share: None
@@ -118,19 +118,19 @@ def evaluate(
     takes: int,
     pieces: Sequence,
     networks: Networks | None = None,
-    tell: Callable[[str], None] = lambda line: print(line, file=sys.stderr, flush=True),
+    report: Callable[[str], None] = lambda line: print(line, file=sys.stderr, flush=True),
 ) -> Results:
-    """Takes of one action in `count` rooms. tell: is told of what cannot be made."""
+    """Generate and measure takes of one action in ``count`` rooms. report: called with a line for each failure."""
     results = Results(jobs=jobs_of(action, count, takes, pieces))
     for seed, (job, view, cluster) in enumerate(results.jobs):
         try:
             made, failures = driver.run(Work(job, [view]), tools=networks and toolbox(networks))
         except SampError as error:
-            tell(f"{action}, room {seed}: {error}")
+            report(f"{action}, room {seed}: {error}")
             results.failed += takes
             continue
         for failure in failures:
-            tell(f"{action}, room {seed}, seed {failure.seed}: {failure.message}")
+            report(f"{action}, room {seed}, seed {failure.seed}: {failure.message}")
         results.failed += len(failures)
         results.takes += made
         results.clusters += [cluster] * len(made)
@@ -151,19 +151,19 @@ def evaluate(
 def jobs_of(
     action: str, count: int, takes: int, pieces: Sequence[furniture.piece.Piece]
 ) -> list[tuple[Job, SceneView, str]]:
-    """Return the jobs of an action in ``count`` rooms, the rooms, and the piece or room of each as a name."""
+    """Return the jobs of an action in ``count`` rooms, each with its view and the name of its piece or room."""
     names = [pieces[seed % len(pieces)].name if pieces else f"room {seed}" for seed in range(count)]
     return [(*_job(action, seed, takes, pieces), name) for seed, name in enumerate(names)]
 
 
 def _job(action: str, seed: int, takes: int, pieces: Sequence) -> tuple[Job, SceneView]:
-    """What is asked for in a room, and the room."""
+    """Return the job in a room, and the room's view."""
     stand_in = rooms.bed if action == "lie" else rooms.sofa if pieces else None
     room = rooms.random_room(FIRST_ROOM + seed, stand_in)
     view = view_of(room, pieces[seed % len(pieces)] if pieces else None)
     job = Job(action=action, target="Target", seed=1000 * seed, variants=takes)
     if action in ("walk", "run"):
-        # The other corner of the room, seen from the start.
+        # The destination is the corner opposite to the start.
         place = -room.start * [0.9, 0.0, 0.9]
         job = replace(job, target="", to=(0.0, 0.0, 0.0))
         view = replace(view, target=None, parts=(), destination=(place, None))

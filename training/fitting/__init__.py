@@ -1,1 +1,1 @@
-"""Composed sits and lies fitted to the piece of furniture they stand on (issue: bodies that fit the furniture)."""
+"""Fit composed sits and lies to their pieces of furniture."""

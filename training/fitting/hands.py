@@ -1,4 +1,4 @@
-"""Where hands rest while seated: on the thighs they were on, on armrests, in the lap; and never in the furniture."""
+"""Place the hands of a seated body on thighs, armrests or in the lap, outside the furniture."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .spreading import Phases, resting, sinking
 ON_THIGH = (
     0.14,
     0.22,
-)  # metres from wrist to thigh bone within which a hand rests on it, and beyond which not
-EVEN = 5.0  # frames
-LIGHT_HOLD = 12  # frames at the beginning of the hold over which a new resting place is taken
-ON_ARMREST = 0.6  # share of the arms beside an armrest that lie on it
+)  # metres from wrist to thigh bone: below the first a hand rests on the thigh, above the second it does not
+EVEN = 5.0  # frames, sigma
+LIGHT_HOLD = 12  # frames at the beginning of the hold over which the hand moves to a new resting place
+ON_ARMREST = 0.6  # share of the arms beside an armrest that are laid on it
 WRIST_OVER = 0.038  # metres from the wrist joint to the skin under it
-HAND = 0.09  # metres from the wrist to the middle of the palm
-FREE = 0.012  # metres that an arm may be in the furniture
+HAND = 0.09  # metres from the wrist to the centre of the palm
+FREE = 0.012  # largest penetration of the furniture by an arm, metres
 SIDES = ("left", "right")
 
 
@@ -37,9 +37,9 @@ def settled_hands(
     field: PieceField,
     rng: np.random.Generator,
 ) -> tuple[Clip, np.ndarray]:
-    """The fitted clip with its hands on what they rest on, and contacts (T, 2) of right and left hand with furniture.
+    """Return the fitted clip with its hands supported, and contacts (T, 2) of right and left hand with furniture.
 
-    before: the clip as it was captured; hands keep to the thighs that they were on in it.
+    before: the captured clip, which defines when hands rest on the thighs.
     """
     clip = _with_thighs(before, after, sinking(before.root, phases))
     contacts = np.zeros((len(clip), 2))
@@ -56,7 +56,7 @@ def settled_hands(
 
 
 def _thigh_frames(clip: Clip, side: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Hips (T, 3), world rotations of the thighs (T, 4), wrists (T, 3), and wrists' distances to the thighs (T,)."""
+    """Return hips (T, 3), thighs' world rotations (T, 4), wrists (T, 3), and distances wrist to thigh (T,), metres."""
     positions, turned = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
     hip, knee, wrist = (positions[:, skeleton.INDEX[f"{side}_{name}"]] for name in ("hip", "knee", "wrist"))
     bone = knee - hip
@@ -66,7 +66,7 @@ def _thigh_frames(clip: Clip, side: str) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def _with_thighs(before: Clip, after: Clip, weight: np.ndarray) -> Clip:
-    """The fitted clip whose hands lie on the thighs again that they lay on."""
+    """Return the fitted clip with hands on the thighs wherever the captured ones were, by weight (T,)."""
     rotations = after.rotations
     for hand in SIDES:
         own = f"{hand}_wrist"
@@ -86,7 +86,7 @@ def _with_thighs(before: Clip, after: Clip, weight: np.ndarray) -> Clip:
 
 
 def _taken(clip: Clip, phases: Phases) -> np.ndarray:
-    """Weight (T,) of a resting place that is taken when seated and left before standing up."""
+    """Return the weight (T,) of a resting place, which is reached when seated and left before standing up."""
     frames = np.arange(len(clip))
     weight = smoothstep((frames - phases.seated + LIGHT_HOLD / 2) / (2.0 * LIGHT_HOLD))
     if phases.up_end > phases.seat_end:
@@ -97,7 +97,7 @@ def _taken(clip: Clip, phases: Phases) -> np.ndarray:
 def _on_armrest(
     clip: Clip, phases: Phases, side: str, armrest: np.ndarray, rng: np.random.Generator
 ) -> tuple[Clip, np.ndarray] | None:
-    """The clip with one forearm along an armrest, and its contact (T,)."""
+    """Return the clip with one forearm along an armrest, and its contact (T,); None where it cannot reach."""
     x, top, front, rear = armrest
     hold = phases.hold
     positions, turned = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
@@ -110,7 +110,7 @@ def _on_armrest(
     if np.linalg.norm(target - middle) > 0.98 * _arm_length():
         return None
     weight = _taken(clip, phases)
-    # What is left of the captured wrist's life: a little, with the trunk.
+    # A small part of the captured wrist's motion remains, through the trunk.
     wrist = positions[:, skeleton.INDEX[f"{side}_wrist"]]
     goal = wrist + weight[:, None] * (target - wrist)
     out = 1.0 if side == "left" else -1.0
@@ -133,14 +133,14 @@ def _rows(clip: Clip, phases: Phases) -> np.ndarray:
 
 
 def _arm_depth(clip: Clip, side: str, surface: SeatSurface, field: PieceField, phases: Phases) -> float:
-    """Metres that an arm is in the piece at most, by its skin, from sitting down to standing up."""
+    """Return the largest penetration, metres, of an arm's skin into the piece, from sitting down to standing up."""
     rows = _rows(clip, phases)
     skin = probes.skinned(clip.root[rows], clip.rotations[rows], getattr(probes.load(), f"{side}_arm"))
     return float(field.skin_depth(surface.frame.to_piece(skin)).max())
 
 
 def _tucked(clip: Clip, side: str, surface: SeatSurface, field: PieceField, phases: Phases) -> Clip:
-    """The clip with one hand farther in and up, as little as frees the arm; the best of some tries."""
+    """Return the clip with one hand moved inwards and up just enough to free the arm; the best of a few tries."""
     positions, _ = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
     wrist = positions[:, skeleton.INDEX[f"{side}_wrist"]]
     weight = gaussian_filter1d(resting_or_sinking(clip, phases), EVEN, mode="nearest")[:, None]
@@ -160,7 +160,7 @@ def _tucked(clip: Clip, side: str, surface: SeatSurface, field: PieceField, phas
 
 
 def _elbow_in(clip: Clip, rotations: np.ndarray, side: str, angle: float, weight: np.ndarray) -> np.ndarray:
-    """Rotations whose elbow swivels about the line from shoulder to wrist by angle radians times weight (T,)."""
+    """Return rotations with the elbow swivelled about the line shoulder to wrist by angle radians times weight (T,)."""
     positions, turned = skeleton.forward_kinematics(clip.root, rotations, posing.REST)
     a, c = (skeleton.INDEX[f"{side}_{name}"] for name in ("shoulder", "wrist"))
     axis = positions[:, c] - positions[:, a]
@@ -173,5 +173,5 @@ def _elbow_in(clip: Clip, rotations: np.ndarray, side: str, angle: float, weight
 
 
 def resting_or_sinking(clip: Clip, phases: Phases) -> np.ndarray:
-    """Weight (T,) of being on the seat, or nearly."""
+    """Return the weight (T,) of being on the seat or close to it."""
     return np.maximum(sinking(clip.root, phases), resting(clip.root, phases))

@@ -1,4 +1,4 @@
-"""The seated pose, fitted once to a seat: pelvis as deep and as low as it rests, trunk against the back."""
+"""Fit the seated pose to a seat: depth and height of the resting pelvis, trunk against the back."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from .shapes.surfaces import NOTHING, SeatSurface
 
 MODES = ("leaning", "upright", "perching")
 BUTTOCK = 0.13  # metres from the pelvis joint back to the rear of the buttocks
-THIGH = 0.36  # metres from the pelvis joint ahead to the hollow of the knee
-SOFT_EDGE = 0.09  # metres by which a soft edge lets the hollow of the knee go over it
-PRESSED = 0.004  # metres that flesh gives way
-TOUCHING = 10  # vertices whose mean tells a contact
-MOST_LEAN = np.radians(33)  # of the seated trunk, backward
+THIGH = 0.36  # metres from the pelvis joint forward to the hollow of the knee
+SOFT_EDGE = 0.09  # metres by which the hollow of the knee may be behind a soft edge
+PRESSED = 0.004  # compression of flesh, metres
+TOUCHING = 10  # vertices averaged to measure a contact
+MOST_LEAN = np.radians(33)  # largest backward lean of the seated trunk
 STEPS = 7
 _SIGMA = np.array([0.03, 0.10, 0.16, 0.20, 0.03])
 _TRUST = np.array([2.0, 0.1, 0.5, 0.5, 0.5])
@@ -27,10 +27,10 @@ MOST_HEELS = 0.09
 
 @dataclass(frozen=True)
 class Hold:
-    """Where a seated pelvis is: depth (z) and height (y) in the seat frame, metres.
+    """A seated pose: depth (z) and height (y) of the pelvis in the seat frame, metres.
 
-    pelvis, spine: radians bent forward from how they were captured. heels: metres by which heels are raised. gap:
-    metres between back and rest, 1 without one. pressed: metres by which the seat is entered at most.
+    pelvis, spine: radians bent forward from the captured pose. heels: metres by which heels are raised. gap: metres
+    between back and rest, 1 without one. pressed: largest penetration of the seat, metres.
     """
 
     mode: str
@@ -44,11 +44,11 @@ class Hold:
 
 
 def depth_of(surface: SeatSurface, mode: str, give: float, rng: np.random.Generator) -> float | None:
-    """z of the pelvis at which a body sits in this mode; None where the seat does not allow it."""
+    """Return the pelvis' z, metres in the seat frame, of a mode of sitting; None where the seat does not allow it."""
     behind = surface.rear + BUTTOCK + (0.0 if surface.backed else -0.03)
     by_knees = (
         surface.edge - THIGH - (SOFT_EDGE if give else 0.0)
-    )  # deeper, and the calves are in the cushion
+    )  # any deeper, the calves would be in the cushion
     deepest = max(behind, by_knees)
     if mode == "leaning":
         return deepest if surface.backed and deepest - surface.rest < 0.40 else None
@@ -66,10 +66,10 @@ def solve(
     root: np.ndarray, rotations: np.ndarray, feet: tuple[dict, dict], surface: SeatSurface, mode: str, depth: float,
     give: float, lean: float,
 ) -> Hold:  # fmt: skip
-    """The hold of one pose in the seat frame.
+    """Return the hold of one pose in the seat frame, by Levenberg-Marquardt.
 
-    root: (3,), rotations: (22, 4), as captured, raised to about the seat. feet: as posing.ankles of one frame gives
-    them, where they stay. depth: wanted z of the pelvis. lean: radians bent backward that are tried first.
+    root: (3,), rotations: (22, 4), as captured, raised to the approximate seat height. feet: fixed ankles and feet of
+    one frame, as returned by posing.ankles. depth: wanted z of the pelvis. lean: initial backward lean, radians.
     """
 
     def posed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +106,7 @@ def solve(
 
 
 def _residual(root, rotations, values, start, surface, mode, give) -> np.ndarray:  # noqa: ANN001
-    """Residuals (B, R) of poses; the unit is a centimetre."""
+    """Return residuals (B, R) of poses, centimetres."""
     seat = probes.skinned(root, rotations, probes.load().seat)
     over = seat[..., 1] - surface.height_at(seat[..., 0], seat[..., 2])
     inside = np.maximum(-over - give, 0.0)
@@ -122,26 +122,26 @@ def _residual(root, rotations, values, start, surface, mode, give) -> np.ndarray
 
 
 def _nearest(root: np.ndarray, rotations: np.ndarray, surface: SeatSurface, give: float) -> np.ndarray:
-    """Metres (B,) between the upper back and its rest, mean of the nearest vertices; at most 0.25."""
+    """Return the distance (B,), metres, between upper back and rest: mean of the nearest vertices, at most 0.25."""
     upper = probes.skinned(root, rotations, probes.load().upper_back)
     ahead = np.clip(np.sort(_ahead(upper, surface), 1)[:, :8].mean(1) + 0.5 * give, -0.25, 0.25)
     return ahead
 
 
 def _ahead(points: np.ndarray, surface: SeatSurface) -> np.ndarray:
-    """Metres by which points (..., 3) are in front of the back's face; large where there is none."""
+    """Return the distance, metres, of points (..., 3) in front of the back's face; large where there is none."""
     face = surface.back_at(points[..., 0], points[..., 1])
     return np.where(face > NOTHING / 2, points[..., 2] - face, 1.0)
 
 
 def back_gap(root: np.ndarray, rotations: np.ndarray, surface: SeatSurface) -> np.ndarray:
-    """Metres (T,) between the rear of the trunk and the rest, its nearest vertices; negative inside; 1 without."""
+    """Return the distance (T,), metres, between trunk and rest at the nearest vertices; negative inside; 1 without."""
     back = probes.skinned(root, rotations, probes.load().back)
     return np.sort(_ahead(back, surface), 1)[:, :4].mean(1)
 
 
 def seat_gap(root: np.ndarray, rotations: np.ndarray, surface: SeatSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Metres (T,) between buttocks or thighs and the seat: mean of the nearest vertices, and the nearest one."""
+    """Return distances (T,), metres, of buttocks and thighs over the seat: mean of the nearest, and minimum."""
     seat = probes.skinned(root, rotations, probes.load().seat)
     over = np.sort(seat[..., 1] - surface.height_at(seat[..., 0], seat[..., 2]), 1)
     return over[:, :TOUCHING].mean(1), over[:, 0]
@@ -150,6 +150,9 @@ def seat_gap(root: np.ndarray, rotations: np.ndarray, surface: SeatSurface) -> t
 def back_distances(
     root: np.ndarray, rotations: np.ndarray, surface: SeatSurface
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of the rear of the trunk, height over the pelvis (T, B) and metres in front of the back (T, B), 1 without."""
+    """Return the trunk's rear vertices: height over the pelvis (T, B), distance in front of the back (T, B), metres.
+
+    The distance is 1 where there is no back.
+    """
     back = probes.skinned(root, rotations, probes.load().back)
     return back[..., 1] - root[:, None, 1], _ahead(back, surface)

@@ -1,4 +1,4 @@
-"""Build the fitted sits and lies of MotionNet's training set, and beside them the pieces that they are on.
+"""Build the fitted sits and lies of MotionNet's training set, and a file of their pieces next to it.
 
 python -m samp_blender.training.fitting.make --mocap FOLDER ... --furniture FOLDER --output fitted.npz
 """
@@ -28,12 +28,12 @@ from .shapes.kept import keep, kept
 from .shapes.piece_file import read_pieces, write_pieces
 from .sits import FittedComposer, trimmed
 
-SELDOM = 2  # Rocketbox's chained sits, several for each captured one, are tried every so many rounds
-STRIDE = 4  # frames between two of a walk that others are joined to
+SELDOM = 2  # Rocketbox's composed sits, several for each captured one, are tried in every SELDOM-th round
+STRIDE = 4  # stride, in frames, of the walks' frames to which sits are joined
 
 
 def captured(folders: list[Path], chains: int, seed: int) -> tuple[list[Clip], WalkIndex, list[SitEvent]]:
-    """The clips in one posture, their walks by pose, and the sits in them."""
+    """Return the clips in the neutral posture, the index of their walks by pose, and their sits."""
     clips = neutralised(sources.load(folders))
     walks = [natural.astray_marked(c) for c in clips if sources.walks(c)]
     sitting = clips + long_sits.long_sits(clips, chains, np.random.default_rng(seed))
@@ -41,7 +41,7 @@ def captured(folders: list[Path], chains: int, seed: int) -> tuple[list[Clip], W
 
 
 def balanced(sequences: list[Sequence]) -> list[Sequence]:
-    """The sequences weighted so that a piece counts as the root of how many of them are on it."""
+    """Return the sequences with weights, so that a piece counts as the square root of its number of sequences."""
     counts = Counter((s.kind, s.piece) for s in sequences)
     weights = {key: count**-0.5 for key, count in counts.items()}
     mean = sum(weights[s.kind, s.piece] for s in sequences) / max(len(sequences), 1)
@@ -49,7 +49,7 @@ def balanced(sequences: list[Sequence]) -> list[Sequence]:
 
 
 def sits(composer: FittedComposer, events: list[SitEvent], rounds: int, began: float) -> list[Sequence]:
-    """``rounds`` tries of every captured sit, in a random order."""
+    """Return the sequences from ``rounds`` tries of every captured sit, in random order."""
     sequences: list[Sequence] = []
     for number in range(rounds):
         for k in composer.rng.permutation(len(events)):
@@ -65,18 +65,20 @@ def main() -> None:
     parser.add_argument("--furniture", type=Path)
     parser.add_argument("--output", type=Path, default=Path("cache/fitted.npz"))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--sits", type=int, default=8, help="fits tried for each captured sit")
-    parser.add_argument("--lies", type=int, default=400, help="sequences of lying down tried")
-    parser.add_argument("--chains", type=int, default=4, help="chained sits for each Rocketbox sit-down")
-    parser.add_argument("--share", type=float, default=1.0, help="of the furniture, for quick trials")
-    parser.add_argument("--pieces", type=Path, help="an earlier training set, whose pieces are used instead")
+    parser.add_argument("--sits", type=int, default=8, help="fits to try for each captured sit")
+    parser.add_argument("--lies", type=int, default=400, help="sequences of lying down to try")
+    parser.add_argument(
+        "--chains", type=int, default=4, help="long sits composed from each Rocketbox clip of sitting down"
+    )
+    parser.add_argument("--share", type=float, default=1.0, help="share of the furniture, for quick trials")
+    parser.add_argument("--pieces", type=Path, help="earlier training set whose pieces are used instead")
     parser.add_argument("--categories", nargs="+", help="only pieces of these categories")
     parser.add_argument(
         "--trim",
         action="store_true",
-        help="without the walks to a seat and from it, which lead through sofas",
+        help="cut off the walks to and from a seat, which may lead through sofas",
     )
-    parser.add_argument("--kept", type=Path, help="folder for clips and pieces, the same in every run")
+    parser.add_argument("--kept", type=Path, help="folder in which clips and pieces are cached between runs")
     options = parser.parse_args()
     began = time.time()
     clips, walks, events = kept(
@@ -84,8 +86,8 @@ def main() -> None:
     )
     if options.trim:
         events = [trimmed(event) for event in events]
-    made_ready = lambda: _ready(_pieces(options))
-    pieces = kept(options.kept, "pieces", made_ready)
+    prepare = lambda: _ready(_pieces(options))
+    pieces = kept(options.kept, "pieces", prepare)
     print(f"{len(events)} sits, {len(pieces)} pieces, {_since(began)}", flush=True)
     composer = FittedComposer(pieces, walks, options.seed, *([0] if options.trim else []))
     sequences = sits(composer, events, options.sits, began)
@@ -93,7 +95,7 @@ def main() -> None:
     sequences += [lie for lie in (lying.compose() for _ in range(options.lies)) if lie is not None]
     save(options.output, balanced(sequences), furnishing.grids(pieces), mirrored=True)
     write_pieces(options.output, pieces)
-    keep(options.kept, "pieces", pieces)  # with the distances found on the way
+    keep(options.kept, "pieces", pieces)  # with the distances computed during fitting
     for kind, reports, counts in (
         ("sit", [composer.report], composer.owed),
         ("lie", [*(c.report for c in lying.composers.values()), lying.report], lying.owed),
@@ -107,7 +109,7 @@ def main() -> None:
 
 
 def _pieces(options: argparse.Namespace) -> list[furnishing.FittingPiece]:
-    """The pieces of an earlier set, or new ones; only those of the wanted categories have places to sit and lie."""
+    """Return the pieces of an earlier set or new ones; places to sit and lie only on the wanted categories."""
     if options.pieces is None:
         pieces = furnishing.collect(options.furniture, options.seed, options.share)
     else:
@@ -120,7 +122,7 @@ def _pieces(options: argparse.Namespace) -> list[furnishing.FittingPiece]:
 
 
 def _ready(pieces: list[furnishing.FittingPiece]) -> list[furnishing.FittingPiece]:
-    """The pieces with their seats and beds known."""
+    """Return the pieces with their seats and beds computed."""
     for piece in pieces:
         _ = piece.seats, piece.beds
         piece.__dict__.pop("_map", None)

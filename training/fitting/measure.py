@@ -1,4 +1,4 @@
-"""How well the sits of a fitted training set fit their furniture, printed as the table of docs/training.md.
+"""Measure how well the sits of a fitted training set fit their furniture; print the table of docs/training.md.
 
 python -m samp_blender.training.fitting.measure --data fitted.npz --furniture FOLDER [--most 80]
 """
@@ -24,9 +24,9 @@ from .shapes.pieces import FittingPiece
 from .shapes.surfaces import Frame, SeatSurface
 from .sit_fit import DEEPEST
 
-LEANT = 0.03  # metres between back and rest within which a body leans
-TOUCHING = 0.01
-AT_REST = 0.04  # metres from the goal within which a pelvis rests on it
+LEANT = 0.03  # gap (m) between back and rest within which a body leans
+TOUCHING = 0.01  # gap (m) within which a seat is touched
+AT_REST = 0.04  # distance (m) from the goal within which a pelvis is at rest
 PARTS = {
     "trunk": lie_fit.TRUNK,
     "head": ("head",),
@@ -36,7 +36,10 @@ PARTS = {
 
 @dataclass(frozen=True)
 class Taken:
-    """One sequence of the set. root (T, 3), rotations (T, 22, 4), pelvis (T,) contact, goal (T, 6), actions (T,)."""
+    """One sequence of the set.
+
+    root: (T, 3) metres. rotations: (T, 22, 4). pelvis: (T,), hands: (T, 2) contacts. goal: (T, 6). goal_action: (T,).
+    """
 
     kind: str
     piece: int
@@ -50,7 +53,7 @@ class Taken:
 
 
 def sequences(path: Path) -> list[Taken]:
-    """All sequences of a training set."""
+    """Read all sequences of a training set."""
     with np.load(path) as data:
         raw = {name: data[name] for name in data.files}
     bounds = np.concatenate([[0], np.cumsum(raw["lengths"])])
@@ -66,7 +69,7 @@ def sequences(path: Path) -> list[Taken]:
 
 
 def surface_under(taken: Taken, piece: FittingPiece) -> SeatSurface:
-    """The surface about the seat that a fitted sit is on; the sequence's world is that seat's frame."""
+    """Return the surface of the seat of a fitted sit; the sequence's world is that seat's frame."""
     turn = -taken.placement[2]
     to_piece = rotation.quaternion_to_matrix(rotation.about_y(turn))
     origin = -to_piece @ [taken.placement[0], 0.0, taken.placement[1]]
@@ -79,7 +82,7 @@ def surface_under(taken: Taken, piece: FittingPiece) -> SeatSurface:
 
 
 def measured(taken: Taken, piece: FittingPiece) -> dict[str, float]:
-    """The numbers of one sit or lie, metres, degrees, seconds."""
+    """Return the measures of one sit or lie, in metres, degrees, seconds."""
     at, turned = in_piece(taken)
     low, high = piece.triangles.min((0, 1)), piece.triangles.max((0, 1))
     rows = np.flatnonzero(((at > low - 0.8) & (at < high + 0.8))[:, [0, 2]].all(1))[::2]
@@ -96,7 +99,7 @@ def measured(taken: Taken, piece: FittingPiece) -> dict[str, float]:
 
 
 def in_piece(taken: Taken) -> tuple[np.ndarray, np.ndarray]:
-    """Root (T, 3) and rotations (T, 22, 4) in the frame of the sequence's piece."""
+    """Return root (T, 3) and rotations (T, 22, 4) in the frame of the sequence's piece."""
     x, z, yaw = taken.placement
     turn = rotation.about_y(-yaw)
     rotations = taken.rotations.copy()
@@ -105,14 +108,14 @@ def in_piece(taken: Taken) -> tuple[np.ndarray, np.ndarray]:
 
 
 def held(taken: Taken, action: int) -> np.ndarray:
-    """Every third frame in which the pelvis rests on its goal."""
+    """Return every third of the frames in which the pelvis rests on its goal."""
     rests = np.flatnonzero(taken.pelvis > 0.9)
     goal = taken.goal[taken.goal_action == action][-1, :3]
     return rests[np.linalg.norm(taken.root[rests] - goal, axis=-1) < AT_REST][::3]
 
 
 def seated(taken: Taken, piece: FittingPiece) -> dict[str, float]:
-    """Contacts and posture in the hold of a sit."""
+    """Return contacts and posture in the hold of a sit."""
     hold = held(taken, 3)
     if not len(hold):
         return {}
@@ -132,7 +135,7 @@ def seated(taken: Taken, piece: FittingPiece) -> dict[str, float]:
 
 
 def lying(taken: Taken, piece: FittingPiece) -> dict[str, float]:
-    """Contacts in the hold of a lie: distances of trunk, head and feet from what is under them."""
+    """Return contacts in the hold of a lie: distances of trunk, head and feet from their support, metres."""
     hold = held(taken, 4)
     if not len(hold):
         return {}
@@ -150,8 +153,8 @@ def main() -> None:
     parser.add_argument("--furniture", type=Path)
     parser.add_argument("--kind", choices=("sit", "lie"), default="sit")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--most", type=int, default=80, help="sits measured, drawn at random")
-    parser.add_argument("--kept", type=Path, help="as of fitting.make")
+    parser.add_argument("--most", type=int, default=80, help="number of randomly drawn sits to measure")
+    parser.add_argument("--kept", type=Path, help="as in fitting.make")
     options = parser.parse_args()
     pieces = kept(options.kept, "pieces", lambda: furnishing.collect(options.furniture, options.seed))
     sits = [s for s in sequences(options.data) if s.kind == options.kind]
@@ -161,10 +164,10 @@ def main() -> None:
         for name, value in measured(sits[k], pieces[sits[k].piece]).items():
             columns[name].append(value)
     for name, values in columns.items():
-        told = np.array(values)
-        told = told[np.isfinite(told)]
-        low, middle, high = np.percentile(told, [10, 50, 90])
-        print(f"{name:20s} {len(told):4d}  median {middle:.3f}  10 % {low:.3f}  90 % {high:.3f}")
+        finite = np.array(values)
+        finite = finite[np.isfinite(finite)]
+        low, middle, high = np.percentile(finite, [10, 50, 90])
+        print(f"{name:20s} {len(finite):4d}  median {middle:.3f}  10 % {low:.3f}  90 % {high:.3f}")
     deeper = np.array(columns["frames deeper"]) > 0
     gaps = np.array(columns["back gap"] or [np.nan])
     gaps = gaps[np.isfinite(gaps)]

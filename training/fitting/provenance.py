@@ -1,4 +1,4 @@
-"""What a composed clip owes to capture and what to fitting, counted frame by frame."""
+"""Count how much of a composed clip is captured and how much is fitted, frame by frame."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ...samp_addon import skeleton
 from ..mocap.clip_files import Clip
 
-SAME = np.radians(3.0)  # of a joint's rotation in its parent
+SAME = np.radians(3.0)  # largest change of a joint's local rotation that counts as captured
 LEGS = [skeleton.INDEX[f"{side}_{name}"] for side in ("left", "right") for name in ("hip", "knee", "ankle")]
 TRUNK = [skeleton.INDEX[f"spine{k}"] for k in (1, 2, 3)]
 ARMS = [skeleton.INDEX[f"{side}_{name}"] for side in ("left", "right") for name in ("shoulder", "elbow")]
@@ -17,7 +17,7 @@ ARMS = [skeleton.INDEX[f"{side}_{name}"] for side in ("left", "right") for name 
 
 @dataclass(frozen=True)
 class Owed:
-    """Frames of a clip, and those whose legs, trunk, both, and arms are turned as they were captured."""
+    """Number of frames of a clip, and of those with legs, trunk, both, and arms rotated as captured."""
 
     frames: int
     legs: int
@@ -27,7 +27,7 @@ class Owed:
 
 
 def owed(captured: Clip, made: Clip) -> Owed:
-    """Counts of the frames of a made clip that are as captured but for root and heading, within SAME a joint."""
+    """Count the frames of a fitted clip whose joints are as captured within SAME, apart from root and heading."""
     dot = np.abs((captured.rotations * made.rotations).sum(-1)).clip(0, 1)
     same = 2 * np.arccos(dot) < SAME
     legs, trunk, arms = (same[:, part].all(1) for part in (LEGS, TRUNK, ARMS))
@@ -35,7 +35,7 @@ def owed(captured: Clip, made: Clip) -> Owed:
 
 
 def total(counts: list[Owed]) -> dict[str, float]:
-    """Shares of all frames."""
+    """Return the shares of all frames."""
     frames = max(sum(c.frames for c in counts), 1)
     return {
         name: sum(getattr(c, name) for c in counts) / frames for name in ("legs", "trunk", "both", "arms")

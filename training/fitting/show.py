@@ -1,4 +1,4 @@
-"""Contact sheets of random sequences of a fitted training set, each on its piece, from two sides.
+"""Render contact sheets of random sequences of a fitted training set, each on its piece, from two sides.
 
 python -m samp_blender.training.fitting.show --data fitted.npz --furniture FOLDER --output FOLDER [--count 8]
 """
@@ -29,8 +29,8 @@ def main() -> None:
     parser.add_argument("--kind", default="sit")
     parser.add_argument("--count", type=int, default=8)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--pieces-seed", type=int, default=0, help="the seed that the set was made with")
-    parser.add_argument("--kept", type=Path, help="as of fitting.make")
+    parser.add_argument("--pieces-seed", type=int, default=0, help="seed with which the set was built")
+    parser.add_argument("--kept", type=Path, help="as in fitting.make")
     options = parser.parse_args()
     pieces = kept(options.kept, "pieces", lambda: furnishing.collect(options.furniture, options.pieces_seed))
     taken = [s for s in sequences(options.data) if s.kind == options.kind]

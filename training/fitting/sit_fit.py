@@ -1,4 +1,4 @@
-"""One composed sit fitted to one seat: where the feet stand before it, how deep the pelvis goes, what is checked."""
+"""Fit one composed sit to one seat: position of the feet, depth of the pelvis, checks."""
 
 from __future__ import annotations
 
@@ -16,21 +16,24 @@ from .shapes.depth import PieceField
 from .shapes.surfaces import SeatSurface
 from .spreading import Phases, spread
 
-DEEPEST = 0.02  # metres that a body and hard furniture may be in each other
-MOST_BACK = 0.30  # metres by which a pelvis goes farther back than it was captured to
+DEEPEST = 0.02  # largest mutual penetration of body and hard furniture, metres
+MOST_BACK = 0.30  # metres by which a pelvis may move farther back than captured
 STEP_BACK = 0.03
-SHANK_CLEAR = 0.004  # metres that a shin may be in a piece before its last corrections
-LEAST_BENT = 38.0  # degrees of the knees in the hold, median, on seats that are not high
-HIGH = 0.55  # metres of a seat over the floor on which legs may hang or stand nearly straight
-OFF_REST = 0.03  # metres from the rest at which a back still leans on it
-STRIDE = 2  # frames between two that are checked
-ON_THE_WAY = 4  # the same, of the walk to the seat and from it
+SHANK_CLEAR = 0.004  # largest penetration (m) of a shin before the final corrections
+LEAST_BENT = 38.0  # least median knee flexion (degrees) in the hold, on seats that are not high
+HIGH = 0.55  # height (m) of a seat from which legs may hang or be nearly straight
+OFF_REST = 0.03  # gap (m) within which a back leans on its rest
+STRIDE = 2  # stride of the checked frames
+ON_THE_WAY = 4  # the same, on the walk to the seat and from it
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """clip: in the seat frame. hold: what was found. back: metres by which the pelvis goes farther back than
-    captured. hands: (T, 2) contacts of right and left hand with the furniture."""
+    """A fitted sit.
+
+    clip: in the seat frame. hold: the fitted seated pose. back: metres by which the pelvis moves farther back than
+    captured. hands: (T, 2) contacts of right and left hand with the furniture.
+    """
 
     clip: Clip
     hold: Hold
@@ -39,13 +42,13 @@ class Fitted:
 
 
 class Unfit(Exception):  # noqa: N818
-    """Why a sit and a seat do not go together, in a few words."""
+    """The sit does not fit the seat; the message is the reason in a few words."""
 
 
 def fit(
     clip: Clip, phases: Phases, surface: SeatSurface, field: PieceField, mode: str, rng: np.random.Generator
 ) -> Fitted:
-    """The clip fitted to a seat in one of hold.MODES. Raises Unfit."""
+    """Return the clip fitted to a seat in one of hold.MODES. Raise Unfit where it does not fit."""
     depth = holds.depth_of(surface, mode, field.give, rng)
     if depth is None:
         raise Unfit(f"no seat for {mode}")
@@ -75,14 +78,14 @@ def fit(
 
 
 def seat_height(clip: Clip, at: int) -> float:
-    """Height of the lowest skin under the pelvis in a seated frame, metres."""
+    """Return the height, metres, of the lowest skin under the pelvis in a seated frame."""
     seat = probes.skinned(clip.root[at : at + 1], clip.rotations[at : at + 1], probes.load().seat)[0]
     under = np.linalg.norm((seat - clip.root[at])[:, [0, 2]], axis=-1) < 0.16
     return float(seat[under, 1].min())
 
 
 def facing(clip: Clip, phases: Phases) -> Clip:
-    """The clip turned and moved so that the seated pelvis is over the origin and faces +Z."""
+    """Return the clip turned and moved so that the seated pelvis is over the origin and faces +Z."""
     yaw = headings(clip.root[phases.hold], clip.rotations[phases.hold])
     mean = np.arctan2(np.sin(yaw).mean(), np.cos(yaw).mean())
     root, rotations = turned(clip.root, clip.rotations, -mean, np.zeros(3))
@@ -91,7 +94,7 @@ def facing(clip: Clip, phases: Phases) -> Clip:
 
 
 def _reference(clip: Clip, phases: Phases, mode: str) -> int:
-    """The frame of the hold that is fitted: upright as usual, or rather leaning back."""
+    """Return the frame of the hold to fit: of median lean, or leaning back."""
     part = np.arange(len(clip))[phases.hold]
     lean = posing.trunk_lean(clip.root[part], clip.rotations[part], np.array([0.0, 0.0, 1.0]))
     return int(part[np.argmin(np.abs(lean - np.percentile(lean, 65 if mode == "leaning" else 50)))])
@@ -100,7 +103,7 @@ def _reference(clip: Clip, phases: Phases, mode: str) -> int:
 def _room_for_shins(
     clip: Clip, phases: Phases, surface: SeatSurface, field: PieceField, depth: float
 ) -> float:
-    """Metres by which the feet stand farther ahead of the pelvis than captured, so that shins are free."""
+    """Return the distance, metres, by which feet move forward from the pelvis to clear the shins. Raise Unfit."""
     standing = np.arange(max(phases.down - 12, 0), min(phases.down + 6, len(clip)))[::4]
     seated = np.concatenate(
         [[(phases.down + phases.seated) // 2], np.linspace(phases.seated, phases.up_end, 7)]
@@ -109,7 +112,7 @@ def _room_for_shins(
     parts = []
     for rows, part in ((standing, legs), (seated.astype(int), probes.load().shanks[::2])):
         skin = probes.skinned(clip.root[rows], clip.rotations[rows], part)
-        # Knees and calves of the seated rise with the seat and are left aside.
+        # Knees and calves of a seated body rise with the seat and are not counted.
         counted = part is legs or skin[..., 1] < min(surface.level - 0.04, 0.36)
         parts.append((skin, np.broadcast_to(counted, skin.shape[:2])))
     for back in np.arange(-0.02, MOST_BACK + 1e-6, STEP_BACK):
@@ -126,7 +129,7 @@ def _room_for_shins(
 def free_way(
     clip: Clip, phases: Phases, surface: SeatSurface, field: PieceField, until: int | None = None
 ) -> None:
-    """Raises Unfit where the way to the seat, or from it, runs into the piece. until: only frames before it."""
+    """Raise Unfit where the path to or from the seat collides with the piece. until: only frames before it."""
     frames = np.arange(len(clip))
     away = (frames < phases.down - 12) | (frames > phases.up_end + 12) if until is None else frames < until
     rows = _close(clip, surface, field, away, ON_THE_WAY if until is None else STRIDE)
@@ -135,7 +138,7 @@ def free_way(
 
 
 def _close(clip: Clip, surface: SeatSurface, field: PieceField, some: np.ndarray, stride: int) -> np.ndarray:
-    """Every stride-th frame of some (T,) in which the body may touch the piece."""
+    """Return every stride-th of the flagged frames (T,) in which the body may touch the piece."""
     low, high = field.field.triangles.min((0, 1)), field.field.triangles.max((0, 1))
     at = surface.frame.to_piece(clip.root)
     near = ((at > low - 0.8) & (at < high + 0.8))[:, [0, 2]].all(1)
@@ -143,7 +146,7 @@ def _close(clip: Clip, surface: SeatSurface, field: PieceField, some: np.ndarray
 
 
 def check(clip: Clip, phases: Phases, surface: SeatSurface, field: PieceField) -> None:
-    """Raises Unfit where body and piece are in each other."""
+    """Raise Unfit where body and piece penetrate each other."""
     rows = _close(clip, surface, field, np.ones(len(clip), bool), STRIDE)
     if not len(rows):
         return
@@ -155,7 +158,7 @@ def check(clip: Clip, phases: Phases, surface: SeatSurface, field: PieceField) -
 
 
 def in_piece(clip: Clip, surface: SeatSurface, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Root (R, 3) and rotations (R, 22, 4) of some frames in the piece's frame."""
+    """Return root (R, 3) and rotations (R, 22, 4) of some frames in the piece's frame."""
     _, rotations = turned(clip.root[rows], clip.rotations[rows], surface.frame.yaw, np.zeros(3))
     return surface.frame.to_piece(clip.root[rows]), rotations
 
@@ -169,7 +172,7 @@ def _when(frame: int, phases: Phases) -> str:
 
 
 def group(joint: str) -> str:
-    """Part of the body that a joint belongs to."""
+    """Return the part of the body to which a joint belongs."""
     name = joint.replace("left_", "").replace("right_", "")
     if name in ("pelvis", "hip"):
         return "seat"

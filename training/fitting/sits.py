@@ -1,4 +1,4 @@
-"""Sit sequences whose bodies fit their seats: captured sits, walks in front of them, and many pieces for each."""
+"""Sit sequences fitted to their seats: captured sits on many pieces each, with prepended walks."""
 
 from __future__ import annotations
 
@@ -28,36 +28,36 @@ from .spreading import Phases
 
 MODES = {"leaning": 0.86, "upright": 0.10, "perching": 0.04}  # shares on pieces with a back
 WITHOUT_BACK = {"upright": 0.85, "perching": 0.15}
-LOOKED_AT = 40  # seats that may be looked at for one motion
-TRIES = 5  # of these, seats that are fitted
-BODY = 0.04  # metres from the pelvis that a walking body keeps from a piece at least
-STANDS = 0.17  # metres ahead of the seated pelvis at which people were captured standing, at least
+LOOKED_AT = 40  # seats checked for one motion
+TRIES = 5  # seats fitted, of those
+BODY = 0.04  # least distance (m) of a walking pelvis from a piece
+STANDS = 0.17  # least distance (m) of captured standing bodies in front of the seated pelvis
 REACH = 0.15  # metres by which a captured seat and another may differ in height
 WALKS = 3
 BEFORE, AFTER = 24, 16  # frames before sitting down and after standing up of a trimmed sit
-LED_IN = 24  # frames after a walk's end over which the feet are locked with it
-IN_VAIN = 0.25  # of a kept sit, that a piece counts as used for one tried in vain
-NEAR = 0.08  # metres of difference in height at which a seat is drawn a third as often
-OTHER_PACE = 0.4
+LED_IN = 24  # frames after a walk's end over which the relocked feet are blended in
+IN_VAIN = 0.25  # usage that a failed try adds to a piece; a kept sit adds 1
+NEAR = 0.08  # difference in height (m) at which the probability of a seat falls to a third
+OTHER_PACE = 0.4  # share of the sits with a changed pace
 SIDEWAYS_ON = ("bed", "pouf", "bench", "stool", "sofa", "l_sofa")
 
 
 def trimmed(event: SitEvent) -> SitEvent:
     """Return the event with at most BEFORE frames before sitting down and AFTER frames after standing up.
 
-    Captured people walk where a sofa would stand. Episodes in rooms have walks of their own.
+    Captured walks may cross the place of a sofa, and episodes in rooms have walks of their own.
     """
     entry = max(event.entry, event.down - BEFORE)
     return replace(event, entry=entry, leave_end=min(event.leave_end, event.up_end + AFTER))
 
 
 class FittedComposer:
-    """Makes fitted sit sequences; counts what it kept and what it dropped and why."""
+    """Compose fitted sit sequences; report counts kept and dropped ones by reason."""
 
     def __init__(
         self, pieces: list[FittingPiece], walks: WalkIndex, seed: int, approaches: int = WALKS
     ) -> None:
-        """approaches: walks that are tried in front of one sit, beside its own."""
+        """Collect the seats of the pieces. approaches: walks to try before one sit, besides its own."""
         self.approaches = approaches
         self.rng = np.random.default_rng(seed)
         self.captured = Composer([], walks, seed)  # cuts, paces and walks of the captured sits
@@ -71,7 +71,7 @@ class FittedComposer:
         self.levels = np.array([goal.position[1] - SEAT_TO_PELVIS for _, goal in self.seats])
 
     def compose(self, event: SitEvent) -> list[Sequence]:
-        """Sequences of an event on the first of some seats that it fits: with its own approach, and with walks."""
+        """Return sequences of an event on the first seat that it fits: with its own approach, and with other walks."""
         clip, frames = self.captured._excerpt(event)
         if self.rng.random() < OTHER_PACE:
             clip, frames = self.captured._paced(clip, frames)
@@ -94,7 +94,7 @@ class FittedComposer:
     def _approached(
         self, made: Fitted, phases: Phases, piece: FittingPiece, goal: Goal
     ) -> Iterator[tuple[Fitted, Phases]]:
-        """The fitted sit as it is, and led to by other walks that are free; with the phases of each."""
+        """Yield the fitted sit, then the sit with other free walks prepended, each with its phases."""
         yield made, phases
         surface = piece.seat_surface(goal)
         frames = {name: getattr(phases, name) for name in ("down", "seated", "seat_end", "up_end")}
@@ -120,12 +120,12 @@ class FittedComposer:
             yield replace(made, clip=clip, hands=hands), later
 
     def _free_seats(self, clip: Clip, phases: Phases) -> Iterator[tuple[FittingPiece, Goal, bool]]:
-        """Seats of about the captured height that the clip does not walk through, and whether they are turned."""
+        """Yield seats near the captured height that the clip does not walk through, and whether they are turned."""
         level = sit_fit.seat_height(clip, (phases.hold.start + phases.hold.stop) // 2)
         reached = np.flatnonzero(np.abs(self.levels - level) < REACH)
-        # Heights near the captured one are fitted with less change.
+        # Heights near the captured one need smaller changes.
         nearness = np.exp(-(((self.levels[reached] - level) / NEAR) ** 2)) * self.chances[reached]
-        # All pieces shall be sat on; those that were, or that were tried in vain, come later.
+        # Used pieces, and those with failed tries, come later, so that all pieces are covered.
         nearness /= np.array([1 + self.used[self.seats[k][0].index] for k in reached]) ** 2
         order = np.argsort(-nearness * self.rng.random(len(reached)))[:LOOKED_AT]
         facing = sit_fit.facing(clip, phases)
@@ -138,7 +138,7 @@ class FittedComposer:
                 yield piece, goal, sideways
 
     def _walks_through(self, facing: Clip, phases: Phases, piece: FittingPiece, goal: Goal) -> bool:
-        """Whether the way to a seat or from it leads over its piece: a quick look before any fitting."""
+        """Return whether the path to or from a seat crosses its piece: a quick check before fitting."""
         frames = np.arange(len(facing))
         away = (frames < phases.down - 12) | (frames > phases.up_end + 12)
         surface = piece.seat_surface(goal)
@@ -146,14 +146,14 @@ class FittedComposer:
         at = surface.frame.to_piece(facing.root[away] + [0.0, 0.0, ahead])[:, [0, 2]]
         low, high = (getattr(piece.triangles, side)(axis=(0, 1))[[0, 2]] for side in ("min", "max"))
         over = ((at > low - BODY) & (at < high + BODY)).all(1)
-        # Standing close before the seat is judged with the feet where they will be.
+        # Standing close to the front of the seat is checked after fitting, with the final feet.
         close = (facing.root[away, 2] > 0) & (np.abs(facing.root[away, 0]) < 0.3)
         return bool((over & ~close).any())
 
     def _on(
         self, piece: FittingPiece, goal: Goal, sideways: bool, clip: Clip, phases: Phases
     ) -> Fitted | None:
-        """The sit on one seat, or None; why not is counted."""
+        """Return the sit fitted to one seat, or None; the report counts the reason."""
         surface = piece.seat_surface(goal)
         shares = MODES if surface.backed and not sideways else WITHOUT_BACK
         mode = str(self.rng.choice(list(shares), p=list(shares.values())))
@@ -175,7 +175,7 @@ class FittedComposer:
         return made
 
     def _turned(self, piece: FittingPiece, goal: Goal) -> tuple[Goal, bool]:
-        """The goal, now and then turned so that one sits over a side or a corner, and whether it is."""
+        """Return the goal, in SIDEWAYS of the cases turned over a side or a corner, and whether it is."""
         if piece.category not in SIDEWAYS_ON or self.rng.random() > SIDEWAYS:
             return goal, False
         turn = self.rng.choice([-1.0, 1.0]) * self.rng.uniform(*TURNS)
@@ -184,7 +184,7 @@ class FittedComposer:
     def _sequence(
         self, made: Fitted, phases: Phases, piece: FittingPiece, place: tuple[float, float, float]
     ) -> Sequence:
-        """Goals: perhaps a way-point first, then the pelvis where it rests, then wherever the clip goes."""
+        """Return the sequence with its goals: optionally a way-point, the resting pelvis, then way-points."""
         clip = made.clip
         count = len(clip)
         yaw = headings(clip.root, clip.rotations)
@@ -203,8 +203,10 @@ class FittedComposer:
 
 
 def approach_alone(joined: Clip, fitted: Clip, shift: int) -> Clip:
-    """A walk and the fitted sit that it leads to, ``shift`` frames later than in ``fitted``: feet locked anew in the
-    walk only."""
+    """Return a walk joined to the fitted sit, with newly locked feet in the walk only.
+
+    The sit is ``shift`` frames later than in ``fitted``.
+    """
     count = min(len(joined), len(fitted))
     tail = slice(len(joined) - count, len(joined))
     frames = np.arange(len(joined))[tail] - shift  # in the fitted clip

@@ -1,4 +1,4 @@
-"""A correction of the seated pose spread over sitting down, the hold and standing up, frame by frame."""
+"""Distribute a correction of the seated pose over sitting down, the hold and standing up, frame by frame."""
 
 from __future__ import annotations
 
@@ -15,9 +15,7 @@ from .hold import Hold
 from .shapes import posing
 from .shapes.surfaces import SeatSurface
 
-HARDLY_LOWER = (
-    0.2  # metres by which a seated pelvis is lower than a standing one; with less, the descent follows time
-)
+HARDLY_LOWER = 0.2  # descent (m) of the pelvis below which the weight follows time instead of height
 LEAD, LAG = 4, 14  # frames before sitting down and after being seated over which such a way is spread
 SETTLED = 0.035  # metres from the seated pelvis within which a body is at rest
 HANGING = (0.11, 0.18)  # metres of an ankle over the floor between which a foot begins to hang
@@ -46,7 +44,7 @@ class Phases:
 
 
 def sinking(root: np.ndarray, phases: Phases) -> np.ndarray:
-    """Weight (T,): 0 while standing, 1 seated, following the pelvis on its way down and up."""
+    """Return the weight (T,) of the seated pose: 0 standing, 1 seated, following the pelvis down and up."""
     count = len(root)
     frames = np.arange(count)
     seated = float(np.median(root[phases.hold, 1]))
@@ -60,7 +58,7 @@ def sinking(root: np.ndarray, phases: Phases) -> np.ndarray:
         return time
     weight = smoothstep((standing - root[:, 1]) / (0.97 * (standing - seated)))
     weight[phases.hold] = np.maximum(weight[phases.hold], time[phases.hold])
-    # Bobbing steps before and after are no sitting down.
+    # Exclude the vertical motion of steps before and after.
     window = smoothstep((frames - phases.down + 15) / 15.0)
     if not stays:
         window = np.minimum(window, smoothstep((phases.up_end + 15 - frames) / 15.0))
@@ -68,7 +66,7 @@ def sinking(root: np.ndarray, phases: Phases) -> np.ndarray:
 
 
 def resting(root: np.ndarray, phases: Phases) -> np.ndarray:
-    """Weight (T,) of the frames in which the pelvis rests on its seat."""
+    """Return the weight (T,) of the frames in which the pelvis rests on its seat."""
     middle = np.median(root[phases.hold], axis=0)
     near = np.linalg.norm(root - middle, axis=-1) < SETTLED
     frames = np.arange(len(root))
@@ -79,7 +77,7 @@ def resting(root: np.ndarray, phases: Phases) -> np.ndarray:
 def spread(
     clip: Clip, phases: Phases, found: Hold, reference: int, surface: SeatSurface, give: float
 ) -> Clip:
-    """The clip, in the seat frame with its feet where they shall be, brought into the hold and out of it again."""
+    """Return the clip, in the seat frame with its feet in place, brought into the hold and out of it."""
     weight, rests = sinking(clip.root, phases), resting(clip.root, phases)
     places, feet = posing.ankles(clip.root, clip.rotations)
     shift = np.array([0.0, found.height, found.depth]) - clip.root[reference] * [0.0, 1.0, 1.0]
@@ -109,7 +107,7 @@ def _with(clip: Clip, root: np.ndarray, rotations: np.ndarray) -> Clip:
 
 
 def _hanging(place: np.ndarray) -> np.ndarray:
-    """Ways (T, 3) on which ankles (T, 3) rise with the seat, per metre: feet that hang go along."""
+    """Return the displacement (T, 3) of ankles (T, 3) per metre of the seat's rise: hanging feet follow it."""
     high = smoothstep(
         (gaussian_filter1d(place[:, 1], 3, mode="nearest") - HANGING[0]) / (HANGING[1] - HANGING[0])
     )
@@ -117,13 +115,13 @@ def _hanging(place: np.ndarray) -> np.ndarray:
 
 
 def _near(weight: np.ndarray) -> np.ndarray:
-    """Every third frame of those in which the correction is at work, and the last."""
+    """Return every third frame with a non-zero correction, and the last."""
     some = np.flatnonzero(weight > 0.02)
     return np.union1d(some[::3], some[-1:])
 
 
 def _lift(root, rotations, surface, give, rests, rows) -> np.ndarray:  # noqa: ANN001
-    """Metres (T,) up or down: onto the seat while resting, only out of it before and after."""
+    """Return the lift (T,), metres: onto the seat while resting, only out of it before and after."""
     contact, lowest = holds.seat_gap(root[rows], rotations[rows], surface)
     out = np.maximum(-lowest - give - CLEAR - holds.PRESSED * 2, 0.0)
     onto = -(np.clip(contact, -0.06, 0.06) + holds.PRESSED + 0.5 * give)
@@ -136,8 +134,10 @@ def _lift(root, rotations, surface, give, rests, rows) -> np.ndarray:  # noqa: A
 
 
 def _bend(root, rotations, surface, give, snap, rows) -> tuple[np.ndarray, np.ndarray]:  # noqa: ANN001
-    """Metres (T,) by which the pelvis goes forward out of the back, and radians (T,) by which the spine bends forward
-    out of it, or, with snap (T,), back onto it."""
+    """Return how far the pelvis moves forward (T,), metres, and the spine bends forward (T,), radians.
+
+    Both move the body out of the back; with snap (T,), the spine is also bent back onto it.
+    """
     over, ahead = holds.back_distances(root[rows], rotations[rows], surface)
     inside = np.maximum(-ahead - CLEAR, 0.0)
     low = over < LOW

@@ -1,4 +1,4 @@
-"""Furniture for training and evaluation: procedural pieces, and the real ones with a fixed held-out split."""
+"""Furniture for training and evaluation: procedural pieces, and real ones with a fixed held-out split."""
 
 from .generate import CATEGORIES, generate, unseen
 from .library import available, is_held_out, load, missing, read_glb

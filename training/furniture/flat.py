@@ -9,7 +9,7 @@ from .seating import Rng, legs, pedestal
 
 
 def bed(rng: Rng) -> list[np.ndarray]:
-    """A single or double bed or a low futon; the head at -Z, with pillows and boards."""
+    """Return a single or double bed or a low futon, head at -Z, with pillows and boards."""
     w, length = rng.choice([rng.uniform(0.85, 1.1), rng.uniform(1.3, 2.0)]), rng.uniform(1.95, 2.2)
     low = rng.random() < 0.15
     h = rng.uniform(0.15, 0.3) if low else rng.uniform(0.38, 0.66)
@@ -50,7 +50,7 @@ def _pillows(rng: Rng, width: float, top: float, head: float) -> list[np.ndarray
 
 
 def table(rng: Rng) -> list[np.ndarray]:
-    """A dining, coffee or side table or a desk: square or round, on legs, a column or two panels."""
+    """Return a dining, coffee or side table or a desk: square or round, on legs, a column or two panels."""
     coffee = rng.random() < 0.35
     h = rng.uniform(0.34, 0.52) if coffee else rng.uniform(0.70, 0.78)
     thick = rng.uniform(0.018, 0.05)

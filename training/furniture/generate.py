@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import flat, seating, shapes
+from . import flat, office_chair, seating, shapes
 from .piece import Piece
 
 _BUILDERS = {
@@ -17,7 +17,7 @@ _BUILDERS = {
     "bench": seating.bench,
     "sofa": seating.sofa,
     "l_sofa": seating.l_sofa,
-    "office_chair": seating.office_chair,
+    "office_chair": office_chair.office_chair,
     "pouf": seating.pouf,
     "bed": flat.bed,
     "table": flat.table,
@@ -25,13 +25,13 @@ _BUILDERS = {
 CATEGORIES = tuple(_BUILDERS)
 
 EVALUATION_SEED = 20_000_003
-"""Seed of the procedural pieces of the evaluation; training uses others."""
+"""Seed of the procedural pieces used in the evaluation; training uses other seeds."""
 
 
 def generate(category: str, rng: np.random.Generator) -> Piece:
-    """A new piece of this category, centred over the origin, front +Z, on y = 0; same rng state, same piece.
+    """Return a new piece of a category, centred over the origin, front +Z, on y = 0; deterministic in the rng's state.
 
-    Raises KeyError for a category that is not in CATEGORIES.
+    Raise KeyError for a category that is not in CATEGORIES.
     """
     build = _BUILDERS[category]
     mark = int(rng.integers(2**31))
@@ -42,6 +42,6 @@ def generate(category: str, rng: np.random.Generator) -> Piece:
 
 
 def unseen(categories: Sequence[str], each: int = 1) -> list[Piece]:
-    """Return procedural pieces that no training has seen: the same ones at every call."""
+    """Return procedural pieces that are not used in training; the same ones at every call."""
     rng = np.random.default_rng(EVALUATION_SEED)
     return [generate(category, rng) for category in categories if category in _BUILDERS for _ in range(each)]

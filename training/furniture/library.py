@@ -1,4 +1,4 @@
-"""Real furniture: GLB files of the Sweet Home 3D library, and which of them no training may see."""
+"""Real furniture: GLB files of the Sweet Home 3D library, and their split into training and held-out pieces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DEFAULT_FOLDER = Path(__file__).resolve().parents[2].parent / "shared" / "data" 
 SHIPPED_FOLDER = Path(__file__).resolve().parent / "pieces"
 """A few pieces in the public domain, all of them held out; see CREDITS.md there."""
 
-# Filed under a category that they are not: a car, and a tablet computer.
+# Misfiled pieces: a car seat and a tablet computer.
 NOT_FURNITURE = frozenset({"chair_scopia_seat_leon", "table_scopia_tablet"})
 
 # Variants of one design share a key, so that no held-out piece has a sibling in training.
@@ -46,12 +46,12 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 def available(folder: Path = DEFAULT_FOLDER) -> Path:
-    """Return the library's folder if it is there, else that of the pieces that the repository ships."""
+    """Return the library's folder if it exists, else that of the pieces shipped with the repository."""
     return Path(folder) if (Path(folder) / "manifest.csv").is_file() else SHIPPED_FOLDER
 
 
 def missing(folder: Path = DEFAULT_FOLDER) -> str:
-    """Return one sentence on what cannot be evaluated without the library; empty where it is there."""
+    """Return one sentence on what cannot be evaluated without the library; empty where the library exists."""
     if available(folder) == Path(folder):
         return ""
     return (
@@ -61,17 +61,17 @@ def missing(folder: Path = DEFAULT_FOLDER) -> str:
 
 
 def is_held_out(name: str) -> bool:
-    """Whether the piece of this file stem is kept from training: first byte of its SHA-256 modulo 5 is 0."""
+    """Return whether the piece of a file stem is held out from training: first byte of its SHA-256 modulo 5 is 0."""
     key = SIBLINGS.get(name, name)
     return hashlib.sha256(key.encode()).digest()[0] % 5 == 0
 
 
 def part_of(name: str) -> str:
-    """Which part of the split the piece of this file stem is in: "training", "tuning" or "final".
+    """Return the part of the split to which the piece of a file stem belongs: "training", "tuning" or "final".
 
-    Of the held-out pieces a third, by the second byte of their SHA-256 modulo 3, is kept for final tables that nothing
-    is tuned on; the others may be looked at while limits and weights are chosen. (Until November 2026 the tables were
-    of all held-out pieces; from then on the final third has no part in any choice.)
+    A third of the held-out pieces, by the second byte of their SHA-256 modulo 3, is reserved for final tables; the
+    others may be used to choose limits and weights. (Until November 2026 the tables included all held-out pieces; since
+    then the final third is not used for any choice.)
     """
     if not is_held_out(name):
         return "training"
@@ -80,9 +80,9 @@ def part_of(name: str) -> str:
 
 
 def load(folder: Path = DEFAULT_FOLDER, held_out: bool | None = None) -> list[Piece]:
-    """The pieces in a folder with manifest.csv; ``held_out`` picks one side of the split, None takes both.
+    """Return the pieces in a folder with manifest.csv; ``held_out`` selects one side of the split, None both.
 
-    Raises FileNotFoundError when the folder has no manifest.
+    Raise FileNotFoundError when the folder has no manifest.
     """
     with open(Path(folder) / "manifest.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -96,9 +96,9 @@ def load(folder: Path = DEFAULT_FOLDER, held_out: bool | None = None) -> list[Pi
 
 
 def read_glb(path: Path) -> np.ndarray:
-    """Triangles (F, 3, 3) in metres of all meshes of a binary glTF 2.0 file, node transforms applied.
+    """Return triangles (F, 3, 3), metres, of all meshes of a binary glTF 2.0 file, node transforms applied.
 
-    Reads plain triangle lists with float positions; raises ValueError for anything else.
+    Supports plain triangle lists with float positions; raise ValueError for anything else.
     """
     data = Path(path).read_bytes()
     magic, version, _ = struct.unpack_from("<4sII", data)
@@ -122,7 +122,7 @@ def read_glb(path: Path) -> np.ndarray:
     for root in head["scenes"][head.get("scene", 0)]["nodes"]:
         visit(root, np.eye(4))
     if not parts:
-        raise ValueError(f"{path} holds no mesh")
+        raise ValueError(f"{path} contains no mesh")
     return np.concatenate(parts)
 
 
@@ -145,7 +145,7 @@ def _node_matrix(node: dict) -> np.ndarray:
 
 def _primitive_triangles(head: dict, body: bytes, primitive: dict) -> np.ndarray:
     if primitive.get("mode", 4) != 4:
-        raise ValueError("only plain triangle lists are read")
+        raise ValueError("only plain triangle lists are supported")
     points = _accessor(head, body, primitive["attributes"]["POSITION"]).astype(np.float64)
     if "indices" in primitive:
         points = points[_accessor(head, body, primitive["indices"]).ravel()]
@@ -155,7 +155,7 @@ def _primitive_triangles(head: dict, body: bytes, primitive: dict) -> np.ndarray
 def _accessor(head: dict, body: bytes, index: int) -> np.ndarray:
     accessor = head["accessors"][index]
     if "sparse" in accessor or "bufferView" not in accessor:
-        raise ValueError("sparse glTF data is not read")
+        raise ValueError("sparse glTF data is not supported")
     view = head["bufferViews"][accessor["bufferView"]]
     kind, width = np.dtype(_COMPONENTS[accessor["componentType"]]), _WIDTHS[accessor["type"]]
     start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
@@ -164,7 +164,7 @@ def _accessor(head: dict, body: bytes, index: int) -> np.ndarray:
 
 
 def write_credits(path: Path, folder: Path = DEFAULT_FOLDER) -> None:
-    """Writes who made the pieces that training uses, and under which licence: CC-BY asks that they be named."""
+    """Write the creators and licences of the pieces used in training, as CC-BY requires attribution."""
     with open(Path(folder) / "manifest.csv", newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if not is_held_out(Path(row["file"]).stem)]
     with open(path, "w", newline="", encoding="utf-8") as file:

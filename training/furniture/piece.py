@@ -1,4 +1,4 @@
-"""One piece of furniture."""
+"""The type of a piece of furniture."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Piece:
-    """category: one of generate.CATEGORIES or of the library's. triangles: (F, 3, 3) metres, network frame,
-    front +Z, standing on y = 0. name: unique within its source."""
+    """One piece of furniture.
+
+    category: one of generate.CATEGORIES or of the library's. triangles: (F, 3, 3) metres, network frame, front +Z,
+    standing on y = 0. name: unique within its source.
+    """
 
     category: str
     triangles: np.ndarray

@@ -1,4 +1,4 @@
-"""Chairs, stools, benches and sofas: one function for each category, every measure drawn from a range."""
+"""Chairs, stools, benches and sofas: one function for each category, with dimensions drawn from ranges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Rng = np.random.Generator
 
 
 def legs(rng: Rng, width: float, depth: float, top: float, thick: float | None = None) -> list[np.ndarray]:
-    """Four legs, straight or splayed, round or square, under a plate of this size."""
+    """Return four legs, straight or splayed, round or square, under a plate of this size, metres."""
     r = rng.uniform(0.012, 0.032) if thick is None else thick
     x, z = width / 2 - r, depth / 2 - r
     splay = rng.choice([0.0, rng.uniform(0.0, 0.08)])
@@ -24,13 +24,13 @@ def legs(rng: Rng, width: float, depth: float, top: float, thick: float | None =
 
 
 def pedestal(rng: Rng, radius: float, top: float) -> list[np.ndarray]:
-    """One column on a round foot."""
+    """Return a column on a round foot."""
     foot = rng.uniform(0.015, 0.04)
     return [shapes.disc(radius, 0.0, foot), shapes.disc(rng.uniform(0.02, 0.05), foot, top)]
 
 
 def cantilever(width: float, depth: float, top: float) -> list[np.ndarray]:
-    """Two bent tubes: on the floor, up at the front, back under the seat."""
+    """Return a cantilever base of two bent tubes: along the floor, up at the front, back under the seat."""
     x, z, r = width / 2 - 0.02, depth / 2, 0.014
     sides = [
         shapes.tube([(s * x, r, -z), (s * x, r, z), (s * x, top - r, z), (s * x, top - r, -z)], r)
@@ -39,21 +39,8 @@ def cantilever(width: float, depth: float, top: float) -> list[np.ndarray]:
     return [*sides, shapes.tube([(-x, r, -z), (x, r, -z)], r)]
 
 
-def five_star(rng: Rng, top: float) -> list[np.ndarray]:
-    """An office chair's base: five spokes on castors and a gas column."""
-    reach = rng.uniform(0.26, 0.34)
-    parts = [shapes.disc(0.03, 0.08, top)]
-    for k in range(5):
-        way = np.array([np.sin(2 * np.pi * k / 5), 0, np.cos(2 * np.pi * k / 5)])
-        parts.append(shapes.tube([way * 0.02 + [0, 0.11, 0], way * reach + [0, 0.07, 0]], 0.018))
-        parts.append(
-            shapes.cushion(way * reach - 0.028 + [0, 0.028, 0], way * reach + 0.028 + [0, 0.028, 0], 0.9)
-        )
-    return parts
-
-
 def backrest(rng: Rng, width: float, low: float, high: float, z: float) -> list[np.ndarray]:
-    """A chair's back: panel, bowed panel, slats, rails or a frame with a cushion, leaning back a little."""
+    """Return a chair's back, slightly reclined: panel, bowed panel, slats, rails or a padded frame."""
     t = rng.uniform(0.015, 0.05)
     kind = rng.choice(["panel", "bowed", "slats", "rails", "padded"])
     gap = rng.uniform(0.0, 0.18)
@@ -79,7 +66,7 @@ def backrest(rng: Rng, width: float, low: float, high: float, z: float) -> list[
 
 
 def seat_plate(rng: Rng, width: float, depth: float, top: float) -> list[np.ndarray]:
-    """A chair's seat: board, board with a cushion, or one thick pad; its upper side at ``top``."""
+    """Return a chair's seat: board, board with a cushion, or one thick pad; its upper side at ``top``."""
     x, z = width / 2, depth / 2
     kind = rng.choice(["board", "cushioned", "pad"])
     if kind == "board":
@@ -98,7 +85,7 @@ def seat_plate(rng: Rng, width: float, depth: float, top: float) -> list[np.ndar
 
 
 def armrests(rng: Rng, width: float, depth: float, seat: float) -> list[np.ndarray]:
-    """Two light armrests beside a seat: a pad on posts."""
+    """Return two light armrests beside a seat: pads on posts."""
     height, pad = seat + rng.uniform(0.16, 0.26), rng.uniform(0.03, 0.07)
     reach = depth * rng.uniform(0.25, 0.5)
     parts = []
@@ -112,7 +99,7 @@ def armrests(rng: Rng, width: float, depth: float, seat: float) -> list[np.ndarr
 
 
 def chair(rng: Rng) -> list[np.ndarray]:
-    """A dining or kitchen chair on legs, a pedestal or bent tubes; one in five has armrests."""
+    """Return a dining or kitchen chair on legs, a pedestal or bent tubes; one in five has armrests."""
     w, d, h = rng.uniform(0.37, 0.52), rng.uniform(0.37, 0.50), rng.uniform(0.42, 0.51)
     parts = seat_plate(rng, w, d, h)
     kind = rng.choice(["legs", "legs", "legs", "pedestal", "cantilever"])
@@ -129,7 +116,7 @@ def chair(rng: Rng) -> list[np.ndarray]:
 
 
 def armchair(rng: Rng) -> list[np.ndarray]:
-    """An upholstered armchair, a light one with a wooden frame, or a tub chair with a round shell."""
+    """Return an upholstered armchair, a light one with a wooden frame, or a tub chair with a round shell."""
     kind = rng.choice(["block", "block", "frame", "tub"])
     if kind == "block":
         return upholstered(rng, 1)
@@ -158,7 +145,7 @@ def armchair(rng: Rng) -> list[np.ndarray]:
 
 
 def upholstered(rng: Rng, seats: int) -> list[np.ndarray]:
-    """A padded block with a seat cushion for each place, a back and, mostly, arms: armchairs and sofas."""
+    """Return an upholstered armchair or sofa: a block with a cushion for each seat, a back and usually arms."""
     place, d, h = rng.uniform(0.50, 0.72), rng.uniform(0.50, 0.66), rng.uniform(0.35, 0.47)
     w, pad, foot = place * seats, rng.uniform(0.08, 0.18), rng.choice([0.0, rng.uniform(0.05, 0.16)])
     back_thick, arm = rng.uniform(0.12, 0.26), rng.uniform(0.06, 0.24)
@@ -196,12 +183,12 @@ def upholstered(rng: Rng, seats: int) -> list[np.ndarray]:
 
 
 def sofa(rng: Rng) -> list[np.ndarray]:
-    """A sofa for two to four."""
+    """Return a sofa for two to four."""
     return upholstered(rng, int(rng.integers(2, 5)))
 
 
 def l_sofa(rng: Rng) -> list[np.ndarray]:
-    """A corner sofa: a long side and a wing, with a back along it or as an open chaise, on either hand."""
+    """Return a corner sofa: a long side and a wing, with a back or as an open chaise, on either side."""
     w, d, h = rng.uniform(1.9, 3.0), rng.uniform(0.55, 0.7), rng.uniform(0.35, 0.45)
     wing, pad, t = rng.uniform(0.55, 1.1), rng.uniform(0.1, 0.18), rng.uniform(0.14, 0.24)
     top, foot, x = h + rng.uniform(0.32, 0.5), rng.choice([0.0, 0.08]), w / 2
@@ -225,12 +212,12 @@ def l_sofa(rng: Rng) -> list[np.ndarray]:
 
 
 def stool(rng: Rng) -> list[np.ndarray]:
-    """A low stool, round or square, on legs or a column."""
+    """Return a low stool, round or square, on legs or a column."""
     return _stool(rng, rng.uniform(0.38, 0.52))
 
 
 def bar_stool(rng: Rng) -> list[np.ndarray]:
-    """A high stool with a foot ring, sometimes with a low back."""
+    """Return a high stool with a foot ring, sometimes with a low back."""
     h = rng.uniform(0.60, 0.80)
     parts = _stool(rng, h)
     ring = np.linspace(0, 2 * np.pi, 17)
@@ -260,7 +247,7 @@ def _stool(rng: Rng, h: float) -> list[np.ndarray]:
 
 
 def bench(rng: Rng) -> list[np.ndarray]:
-    """A bench, with a back in one of three."""
+    """Return a bench; one in three has a back."""
     w, d, h = rng.uniform(0.8, 1.8), rng.uniform(0.30, 0.45), rng.uniform(0.40, 0.48)
     if rng.random() < 0.4:
         slats = np.linspace(-d / 2, d / 2, 5)
@@ -282,21 +269,8 @@ def bench(rng: Rng) -> list[np.ndarray]:
     return parts
 
 
-def office_chair(rng: Rng) -> list[np.ndarray]:
-    """A swivel chair on five castors, mostly with armrests."""
-    w, d, h = rng.uniform(0.44, 0.52), rng.uniform(0.42, 0.50), rng.uniform(0.42, 0.52)
-    parts = [shapes.cushion((-w / 2, h - 0.08, -d / 2), (w / 2, h, d / 2), 0.35), *five_star(rng, h - 0.05)]
-    lift = rng.uniform(0.05, 0.15)
-    back = shapes.curved_panel(
-        w * 0.9, rng.uniform(0.4, 0.65), 0.06, rng.uniform(0.03, 0.1), (0, h + lift, -d / 2 - 0.04)
-    )
-    spine = shapes.box((-0.03, h - 0.06, -d / 2 - 0.05), (0.03, h + lift + 0.2, -d / 2 - 0.03))
-    parts += [shapes.tilted(part, rng.uniform(0.05, 0.2), (0, h, -d / 2)) for part in (back, spine)]
-    return parts + (armrests(rng, w + 0.04, d, h) if rng.random() < 0.6 else [])
-
-
 def pouf(rng: Rng) -> list[np.ndarray]:
-    """A low padded block or drum without a back."""
+    """Return a low padded block or drum without a back."""
     size, h = rng.uniform(0.40, 0.75), rng.uniform(0.26, 0.46)
     if rng.random() < 0.5:
         r = size / 2

@@ -1,4 +1,4 @@
-"""Solids as triangles (F, 3, 3), network frame, metres: the bricks of the procedural furniture."""
+"""Solids as triangles (F, 3, 3), network frame, metres: the primitives of the procedural furniture."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def _quads(grid: np.ndarray) -> np.ndarray:
-    """Triangles (F, 3, 3) of a grid of points (N, M, 3), two for each cell."""
+    """Return the triangles (F, 3, 3) of a grid of points (N, M, 3), two for each cell."""
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
     return np.concatenate(
         [np.stack([a, b, c], -2).reshape(-1, 3, 3), np.stack([a, c, d], -2).reshape(-1, 3, 3)]
@@ -14,7 +14,7 @@ def _quads(grid: np.ndarray) -> np.ndarray:
 
 
 def box(low: tuple[float, float, float], high: tuple[float, float, float], cells: int = 2) -> np.ndarray:
-    """An axis-aligned box between two corners; ``cells`` squares along each edge of each face."""
+    """Return an axis-aligned box between two corners; ``cells`` squares along each edge of each face."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     s = np.linspace(0, 1, cells + 1)
     u, v = np.meshgrid(s, s, indexing="ij")
@@ -33,7 +33,7 @@ def box(low: tuple[float, float, float], high: tuple[float, float, float], cells
 def cushion(
     low: tuple[float, float, float], high: tuple[float, float, float], roundness: float = 0.3
 ) -> np.ndarray:
-    """A padded block: a superellipsoid filling the box, squarer as ``roundness`` (0.05 to 1) falls."""
+    """Return a cushion: a superellipsoid that fills the box, squarer for smaller ``roundness`` (0.05 to 1)."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     theta, phi = np.meshgrid(
         np.linspace(-np.pi / 2, np.pi / 2, 13), np.linspace(-np.pi, np.pi, 25), indexing="ij"
@@ -52,7 +52,7 @@ def cushion(
 
 
 def tube(path: np.ndarray, radius: float, sides: int = 8) -> np.ndarray:
-    """A round bar with caps along a polyline (N, 3)."""
+    """Return a round bar with caps along a polyline (N, 3)."""
     path = np.asarray(path, float)
     along = np.gradient(path, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -69,7 +69,7 @@ def tube(path: np.ndarray, radius: float, sides: int = 8) -> np.ndarray:
 
 
 def lathe(profile: np.ndarray, sides: int = 20) -> np.ndarray:
-    """A body of revolution about the vertical axis; ``profile`` (N, 2) holds radius and height."""
+    """Return a body of revolution about the vertical axis; ``profile`` (N, 2) holds radius and height."""
     profile = np.asarray(profile, float)
     angle = np.linspace(0, 2 * np.pi, sides + 1)
     grid = np.stack(
@@ -84,14 +84,14 @@ def lathe(profile: np.ndarray, sides: int = 20) -> np.ndarray:
 
 
 def disc(radius: float, low: float, high: float, sides: int = 24) -> np.ndarray:
-    """An upright cylinder with caps between two heights."""
+    """Return an upright cylinder with caps between two heights."""
     return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), sides)
 
 
 def curved_panel(
     width: float, height: float, thickness: float, bow: float, foot: tuple[float, float, float]
 ) -> np.ndarray:
-    """An upright panel whose sides come forward by ``bow``; ``foot`` is the middle of its lower back edge."""
+    """Return an upright panel whose sides curve forward by ``bow``; ``foot`` is the middle of its lower back edge."""
     x, y = np.meshgrid(np.linspace(-1, 1, 13), np.linspace(0, 1, 5), indexing="ij")
     back = np.stack([x * width / 2, y * height, bow * x**2], axis=-1)
     front = back + [0.0, 0.0, thickness]
@@ -106,7 +106,7 @@ def curved_panel(
 
 
 def wall(inner: float, thickness: float, low: float, high: float, half_angle: float) -> np.ndarray:
-    """A round wall open to the front (+Z), the shell of a tub chair; ``half_angle`` from the back, radians."""
+    """Return a round wall open to the front (+Z), the shell of a tub chair; ``half_angle`` from the back, radians."""
     angle = np.pi + np.linspace(-half_angle, half_angle, 25)
     ring = lambda r, y: np.stack([r * np.sin(angle), np.full_like(angle, y), r * np.cos(angle)], axis=-1)
     outer = inner + thickness
@@ -118,21 +118,21 @@ def wall(inner: float, thickness: float, low: float, high: float, half_angle: fl
 
 
 def tilted(triangles: np.ndarray, angle: float, pivot: tuple[float, float, float]) -> np.ndarray:
-    """Triangles leaned back by ``angle`` radians about the X axis: what is above the pivot goes to -Z."""
+    """Return triangles leaned back by ``angle`` radians about the X axis: points above the pivot move to -Z."""
     c, s = np.cos(-angle), np.sin(-angle)
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     return (triangles - np.asarray(pivot)) @ turn.T + np.asarray(pivot)
 
 
 def turned(triangles: np.ndarray, yaw: float) -> np.ndarray:
-    """Triangles turned about the vertical axis; positive yaw turns left, seen from above."""
+    """Return the triangles turned about the vertical axis; positive yaw turns left, seen from above."""
     c, s = np.cos(yaw), np.sin(yaw)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     return triangles @ turn.T
 
 
 def join(parts: list[np.ndarray]) -> np.ndarray:
-    """All parts as one soup (F, 3, 3), without triangles of no area."""
+    """Return all parts as one array of triangles (F, 3, 3), without degenerate triangles."""
     soup = np.concatenate(parts)
     area = np.linalg.norm(np.cross(soup[:, 1] - soup[:, 0], soup[:, 2] - soup[:, 0]), axis=1) / 2
     return soup[area > 1e-10]

@@ -1,6 +1,6 @@
 """The default human in torch, for batches of bodies of different shapes: joints and a subset of the skin.
 
-Hands are stiff here: their skin follows the wrists. Network frame, metres.
+Hands are rigid here: their skin follows the wrists. Network frame, metres.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class BodyModel:
     def skin(
         self, positions: torch.Tensor, globals_: torch.Tensor, rest: torch.Tensor, shape: torch.Tensor
     ) -> torch.Tensor:
-        """Return the skin (B, V, 3) of what ``joints`` returned. shape: betas (B, 10)."""
+        """Return the skin (B, V, 3) for the results of ``joints``. shape: betas (B, 10)."""
         points = self._skin + torch.einsum("bk,kva->bva", shape, self._skin_shapes)
         made = torch.zeros_like(points)
         for k in range(self._owners.shape[1]):
@@ -80,7 +80,7 @@ class BodyModel:
 
 
 def _body_joints() -> np.ndarray:
-    """Return, for each of the 55 joints, itself or the body joint that it hangs on."""
+    """Return, for each of the 55 joints, itself or its nearest ancestor among the body joints."""
     own = np.arange(len(skeleton.JOINTS))
     for j in range(COUNT, len(own)):
         own[j] = own[skeleton.PARENTS[j]]

@@ -1,4 +1,4 @@
-"""The packed corpus on a device, and what the trainings draw from it; frames of reference are those of layout.py."""
+"""The packed corpus on a device, and random batches from it; frames of reference are those of layout.py."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .body_model import COUNT, BodyModel
 
 FPS = 30.0
 CHUNK = 20_000
-WALKING_SIZE = 0.3  # amplitude of the gait from which on its phase counts
-FLAT_FRAMES = 5.0  # over which a hand opens on its way to a surface
-HAND_NOISE = 0.5  # standard deviations between the hands of episodes
+WALKING_SIZE = 0.3  # amplitude of the gait above which its phase counts
+FLAT_FRAMES = 5.0  # frames, sigma with which a hand opens before it touches a surface
+HAND_NOISE = 0.5  # standard deviation of the hand codes between episodes
 LEFT, RIGHT = 4, 3  # columns of the feet in the contacts
 _RIGHT_HAND, _LEFT_HAND = 1, 2
 
@@ -30,8 +30,8 @@ class Windows:
     """A batch of windows of T frames, in the frame of their start.
 
     route: (B, T, 9), t and r. turns: (B, T, 21, 3, 3) local rotations. pose: (B, T, 32) p, or None without a prior.
-    hands: (B, T, 24). betas: (B, 10). gait: (B, T, 2). total: (B,) radians by which the phase went on. feet: (B, T, 2)
-    contacts of left and right foot. path: (B, 16, 2). index: rows of the pack's windows. mirrored: whether all were.
+    hands: (B, T, 24). betas: (B, 10). gait: (B, T, 2). total: (B,) radians by which the phase advances. feet: (B, T, 2)
+    contacts of left and right foot. path: (B, 16, 2). index: rows of the pack's windows. mirrored: whether all are.
     """
 
     route: torch.Tensor
@@ -49,7 +49,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class Frame:
-    """Places (B,) from which something is seen. place: (B, 3), y is 0. back: (B, 3, 3) rotation into the frame."""
+    """B frames of reference in rooms. place: (B, 3) origin with y = 0. back: (B, 3, 3) rotation into the frame."""
 
     place: torch.Tensor
     back: torch.Tensor
@@ -99,12 +99,12 @@ class LongTermData:
 
     @torch.no_grad()
     def encode(self, prior: PosePrior) -> None:
-        """Fill in the prior's 32 numbers of all frames."""
+        """Compute the prior's 32 numbers of all frames."""
         parts = [prior.encode(matrices(self.quats[k : k + CHUNK, 1:]))[0] for k in range(0, len(self), CHUNK)]
         self.pose = torch.cat(parts)
 
     def draw_windows(self, length: int, count: int, mirror: bool = True) -> Windows:
-        """Return random windows of a length of pack.LENGTHS; half of the batches are mirrored."""
+        """Return random windows of a length in pack.LENGTHS; half of the batches are mirrored."""
         rows = self.rows[length]
         chosen = rows[torch.randint(len(rows), (count,), device=self.device)]
         return self.window_batch(chosen, mirror and bool(torch.rand(()) < 0.5))
@@ -163,7 +163,7 @@ class LongTermData:
     ) -> torch.Tensor:  # fmt: skip
         """Return indices (B, count) of random points of rooms within a radius of any of places (B, K, 3).
 
-        The nearest other ones fill up where there are too few. tall: metres over which nothing is taken.
+        Where there are too few, the nearest other points are added. tall: greatest height of the points, metres.
         """
         points = self.points[rooms]
         away = (points[:, :, None, [0, 2]] - places[:, None, :, [0, 2]]).norm(dim=-1).amin(2)
@@ -172,7 +172,7 @@ class LongTermData:
         return torch.where(away < radius, key + 1, -away).topk(count, dim=1).indices
 
     def mirrored(self, quats: torch.Tensor) -> torch.Tensor:
-        """Return poses (..., 22, 4) in a mirror."""
+        """Return mirrored poses (..., 22, 4)."""
         return quats[..., self._swap, :] * quats.new_tensor([1.0, 1.0, -1.0, -1.0])
 
     @torch.no_grad()
@@ -204,7 +204,7 @@ def matrices(quats: torch.Tensor) -> torch.Tensor:
 
 
 def reflected(points: torch.Tensor) -> torch.Tensor:
-    """Return points (..., 3) in a mirror: x changes its sign."""
+    """Return mirrored points (..., 3), with x negated."""
     return points * points.new_tensor([-1.0, 1.0, 1.0])
 
 
@@ -214,14 +214,14 @@ def swapped_hands(codes: torch.Tensor) -> torch.Tensor:
 
 
 def _total(step: torch.Tensor) -> torch.Tensor:
-    """Return the radians (B,) by which the phase of gaits (B, T, 2) went on while walking."""
+    """Return the radians (B,) by which the phase of gaits (B, T, 2) advances while walking."""
     walks = (step.norm(dim=-1) > WALKING_SIZE).float()
     turns = torch.diff(gait.unwrapped(step), dim=1) * walks[:, 1:] * walks[:, :-1]
     return turns.sum(1)
 
 
 def _hands(raw: dict[str, np.ndarray]) -> np.ndarray:
-    """Return synthetic hand codes (N, 24): relaxed, those of each episode a little different, flat on surfaces."""
+    """Return synthetic hand codes (N, 24): relaxed, with a variation for each episode, flat on surfaces."""
     rng = np.random.default_rng(5)
     relaxed, flat = hand_poses.code("relaxed"), hand_poses.code("flat")
     parts, first = [], 0

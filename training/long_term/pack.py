@@ -1,10 +1,9 @@
-"""Pack a corpus of rooms into one compact file for the trainings of the long-term method.
+"""Pack a corpus of rooms into one compact file to train the long-term method.
 
 python -m samp_blender.training.long_term.pack --corpus cache/rooms --split train --output long_term.bin --mib 36
 
-Whole episodes are kept, evenly over the rooms, as many as fit; every window of every length is drawn from them, so that
-a frame that many windows share is stored once. Positions are rounded to 0.1 mm, rotations to 0.014 degrees, points of
-clouds to a millimetre.
+As many whole episodes as fit are stored, evenly over the rooms; windows of all lengths refer to them, so that shared
+frames are stored once. Positions are rounded to 0.1 mm, rotations to 0.014 degrees, points of clouds to a millimetre.
 """
 
 from __future__ import annotations
@@ -24,21 +23,21 @@ from ...samp_addon.scene.navmesh import navmesh
 from .. import planes
 from ..rooms.corpus import store
 
-STEP = 1e-4  # metres of positions
-UNIT = 8191  # of rotations
-CLOUD_STEP = 1e-3  # metres of points
-POINTS = 8000  # of a room's cloud
+STEP = 1e-4  # resolution of positions, metres
+UNIT = 8191  # unit of rotations
+CLOUD_STEP = 1e-3  # resolution of points, metres
+POINTS = 8000  # points of a room's cloud
 LENGTHS = (16, 24, 32, 40, 50, 61, 75, 90)  # frames of windows
 PAPER = 61
 APART = 0.5  # metres between the ends of the paper's windows
-BYTES = 62  # of a compressed frame, about
+BYTES = 62  # approximate size of a compressed frame
 CONTACTS = 5
 
 
 def read_rooms(corpus: store.Corpus, split: str, episodes: int, windows: int, seed: int) -> dict:
     """Return the arrays of a pack.
 
-    episodes: of each room, at most. windows: of each length and room, at most.
+    episodes: largest number for each room. windows: largest number for each length and room.
     """
     rng = np.random.default_rng([seed, store.SPLITS.index(split)])
     parts: dict[str, list] = {name: [] for name in ("root", "rotations", "labels", "contacts", "shapes", "lengths",
@@ -75,7 +74,7 @@ def _windows(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return windows (W, 3) of episode, first frame and length, and their paths (W, 16, 2), x and z in metres.
 
-    Three of four windows go somewhere; in the others somebody stands, sits down, rests or rises.
+    Three of four windows are locomotion; the others are standing, sitting down, resting or rising.
     """
     mesh = navmesh.build(data.room.triangles)
     rows, lines = [], []
@@ -107,7 +106,7 @@ def _windows(
 
 
 def _path(mesh: navmesh.NavMesh, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return the path (16, 2) between two bodies, straight where there is no way."""
+    """Return the path (16, 2), metres, between two bodies, straight where there is none on the navmesh."""
     try:
         return way.between(mesh, start, end)[:, [0, 2]]
     except SampError:
@@ -162,7 +161,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
 
 
 def fitting_episodes(corpus: store.Corpus, split: str, mib: float) -> int:
-    """Return how many episodes of each room fit into a file of this size."""
+    """Return the number of episodes of each room that fit into a file of ``mib`` MiB."""
     rooms = [room for room in corpus.manifest["rooms"] if room["split"] == split]
     frames = sum(room["frames"] for room in rooms) / max(sum(room["episodes"] for room in rooms), 1)
     left = mib * 2**20 - len(rooms) * POINTS * 8
@@ -170,14 +169,14 @@ def fitting_episodes(corpus: store.Corpus, split: str, mib: float) -> int:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--corpus", type=Path, required=True)
     parser.add_argument("--split", choices=store.SPLITS, default="train")
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument("--mib", type=float, default=36.0, help="size of the file, about")
+    parser.add_argument("--mib", type=float, default=36.0, help="approximate size of the file")
     parser.add_argument("--windows", type=int, default=8000, help="windows of each length, over all rooms")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)

@@ -1,11 +1,11 @@
-"""Train all networks of the long-term method on one GPU within a number of seconds.
+"""Train all networks of the long-term method on one GPU within a time limit.
 
 python -m samp_blender.training.long_term.side_by_side --data long_term.bin --output OUT --seconds 560
 python -m samp_blender.training.long_term.side_by_side --join OUT WEIGHTS
 
-A step is limited by the latency of its small kernels, so three programs share the GPU: prior and sub-goal bodies;
-points, routes and poses; the networks of the paper for table 1. The weights come out as one archive in pieces of less
-than 16 MiB, OUT/weights.0, OUT/weights.1, ...; --join takes it apart again.
+Steps are limited by the latency of small kernels, so three programs share the GPU: prior and sub-goal bodies; points,
+routes and poses; the networks of the paper for table 1. The weights are written as one archive in pieces of less than
+16 MiB, OUT/weights.0, OUT/weights.1, ...; --join extracts it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-MOST = 16 * 2**20 - 4096  # bytes of a piece
+MOST = 16 * 2**20 - 4096  # largest size of a piece, bytes
 SAVING = 20.0  # seconds reserved for the archive
 FIRST = 0.14  # share of the time for prior and points
 ROUTE = 0.33  # for the routes
@@ -30,7 +30,7 @@ PAPER = ("paper_route", "paper_pose", "paper_route_t", "paper_pose_r", "paper_po
 
 @dataclass(frozen=True)
 class Worker:
-    """One program: stages and the seconds of each; the last one ends with the whole."""
+    """One program: stages and the seconds of each; the last stage runs until the end."""
 
     name: str
     stages: tuple[str, ...]
@@ -51,7 +51,7 @@ def workers(seconds: float, paper: bool) -> list[Worker]:
 
 
 def start(worker: Worker, data: Path, work: Path, output: Path, end: float, cpu: bool) -> subprocess.Popen:
-    """Start a program; its lines go to OUT/NAME.txt."""
+    """Start a program; its output is written to OUT/NAME.txt."""
     command = [sys.executable, "-m", f"{__package__}.train", "--data", str(data), "--work", str(work)]
     command += ["--stages", *worker.stages, "--seconds", *(f"{s:.1f}" for s in worker.seconds)]
     command += ["--until", f"{end:.1f}", "--wait", "600", *(["--cpu"] if cpu else [])]
@@ -75,7 +75,7 @@ def archive(work: Path, output: Path) -> int:
 
 
 def join(output: Path, target: Path) -> list[str]:
-    """Take an archive apart; return the names of the files."""
+    """Extract an archive; return the names of the files."""
     parts = sorted(output.glob("weights.*"), key=lambda path: int(path.suffix[1:]))
     target.mkdir(parents=True, exist_ok=True)
     with tarfile.open(fileobj=io.BytesIO(b"".join(part.read_bytes() for part in parts))) as file:
@@ -84,7 +84,7 @@ def join(output: Path, target: Path) -> list[str]:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

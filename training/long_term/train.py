@@ -1,11 +1,11 @@
-"""Train the networks of the long-term method, one stage after the other, on a CPU or a GPU.
+"""Train the networks of the long-term method, stage by stage, on a CPU or a GPU.
 
 python -m samp_blender.training.long_term.train --data long_term.bin --work RUN --minutes 280
 python -m samp_blender.training.long_term.train --data long_term.bin --work RUN --stages paper_route paper_pose
 
-The minutes are shared among the stages; a stage whose weights are in RUN is skipped, one with a checkpoint goes on from
-it. With --steps every stage takes that many steps instead. Stages that need the weights of another one wait for them
-(--wait), so that several programs can train side by side.
+The minutes are divided among the stages; a stage whose weights are in RUN is skipped, and one with a checkpoint is
+resumed. With --steps, every stage takes that many steps instead. Stages that need the weights of another one wait for
+them (--wait), so that several programs can train at once.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .stages.sub_goal import SubGoalLearner
 SHIPPED = ("prior", "points", "sub_goal", "route", "pose")
 STAGES = (*SHIPPED, *paper.NAMES)
 SHARES = {"prior": 0.1, "points": 0.08, "sub_goal": 0.2, "route": 0.22, "pose": 0.4}
-"""Of the time, among the stages that are asked for; the paper's networks count 0.1 each."""
+"""Relative times of the stages; the paper's networks count 0.1 each."""
 
 BATCHES = {"cpu": {}, "cuda": {"prior": 2048, "points": 128, "sub_goal": 256, "route": 512, "pose": 256}}
 REPORT, CHECKPOINT = 10.0, 60.0  # seconds
@@ -41,13 +41,13 @@ WAITED = 600.0  # seconds for another program's weights
 
 
 class Trainings:
-    """Learners by stage, each with the networks that earlier stages have left in the folder."""
+    """Learners by stage, each with the networks of earlier stages from the folder."""
 
     def __init__(self, data: LongTermData, work: Path, batch: int = 0, wait: float = 0.0) -> None:
         self.data, self.work, self.batch, self.wait = data, work, batch, wait
 
     def learner(self, stage: str) -> Learner:
-        """Return the learner of a stage. Raises WeightsError where an earlier stage has left no weights."""
+        """Return the learner of a stage. Raise WeightsError where the weights of an earlier stage are missing."""
         data, device = self.data, self.data.device
         batch = {"batch": self.batch or BATCHES[device.type].get(stage, 0)}
         batch = batch if batch["batch"] else {}
@@ -83,14 +83,14 @@ class Trainings:
 
 
 def run(learner: Learner, work: Path, seconds: float, steps: int, log: Callable[[str], None]) -> None:
-    """Train one stage for a time, or for a number of steps if that is not 0, and write its weights."""
+    """Train one stage for ``seconds``, or for ``steps`` if that is not 0, and write its weights."""
     path = work / f"{learner.name}.checkpoint"
     spent = 0.0
     if path.exists():
         state = torch.load(path, map_location=learner.data.device, weights_only=False)
         learner.resume(state)
         spent = state["seconds"]
-        log(f"{learner.name} goes on at step {learner.step_number}, {spent:.0f} s")
+        log(f"{learner.name} resumes at step {learner.step_number}, {spent:.0f} s")
     began = reported = saved = time.time()
     while True:
         now = time.time()
@@ -110,26 +110,26 @@ def run(learner: Learner, work: Path, seconds: float, steps: int, log: Callable[
 
 
 def _keep(learner: Learner, path: Path, seconds: float) -> None:
-    """Write a checkpoint that is whole or not there."""
+    """Write a checkpoint atomically."""
     part = path.with_suffix(".part")
     torch.save(learner.checkpoint() | {"seconds": seconds}, part)
     part.replace(path)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--data", type=Path, required=True, help="file written by pack.py")
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--stages", nargs="+", choices=STAGES, default=SHIPPED)
-    parser.add_argument("--minutes", type=float, default=280.0, help="of all stages together")
-    parser.add_argument("--seconds", type=float, nargs="+", help="of each stage instead")
+    parser.add_argument("--minutes", type=float, default=280.0, help="time of all stages together")
+    parser.add_argument("--seconds", type=float, nargs="+", help="time of each stage, instead of --minutes")
     parser.add_argument(
         "--until", type=float, default=0.0, help="time (s since 1970) at which the last stage ends"
     )
-    parser.add_argument("--steps", type=int, default=0, help="of each stage, instead of a time")
+    parser.add_argument("--steps", type=int, default=0, help="steps of each stage, instead of a time")
     parser.add_argument("--batch", type=int, default=0)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
@@ -154,7 +154,7 @@ def main(arguments: list[str] | None = None) -> None:
     times = options.seconds or [60 * options.minutes * share / sum(shares) for share in shares]
     for stage, planned in zip(options.stages, times, strict=True):
         if weights.weights_path(f"long_term_{stage}", options.work).with_suffix(".sha256").exists():
-            log(f"{stage} is trained already")
+            log(f"{stage} is already trained")
             continue
         learner = made.learner(stage)
         seconds = options.until - time.time() if options.until and stage == options.stages[-1] else planned

@@ -1,1 +1,1 @@
-"""."""
+"""Read and prepare the motion capture clips."""

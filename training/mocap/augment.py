@@ -1,5 +1,4 @@
-"""Other paces and other ways of the same captured motion (section 4.2 carries it to other objects; this, to other
-times and places)."""
+"""Augment captured motion by other paces and paths, in addition to the other objects of the paper's section 4.2."""
 
 from __future__ import annotations
 
@@ -15,9 +14,9 @@ from .clip_files import Clip
 
 
 def paced(clip: Clip, factor: float) -> Clip:
-    """The clip ``factor`` times as fast, resampled to the same frame rate. ValueError for a factor of 0 or less."""
+    """Return the clip ``factor`` times as fast, at the same frame rate. Raise ValueError unless factor > 0."""
     if factor <= 0:
-        raise ValueError(f"a pace of {factor} is not possible")
+        raise ValueError(f"the pace {factor} has to be positive")
     count = max(2, round((len(clip) - 1) / factor) + 1)
     at = np.linspace(0, len(clip) - 1, count)
     before = np.minimum(at.astype(int), len(clip) - 2)
@@ -35,7 +34,7 @@ def paced(clip: Clip, factor: float) -> Clip:
 
 
 def bent(clip: Clip, curvature: float) -> Clip:
-    """The clip whose way is bent to the left by ``curvature`` radians a metre; who stands still is not turned."""
+    """Return the clip with its path bent to the left by ``curvature``, radians per metre walked."""
     steps = np.diff(gaussian_filter1d(clip.root[:, [0, 2]], 3, axis=0, mode="nearest"), axis=0)
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=-1))])
     turn = rotation.about_y(curvature * way)
@@ -48,7 +47,7 @@ def bent(clip: Clip, curvature: float) -> Clip:
 
 
 def relocked(clip: Clip) -> Clip:
-    """The clip with its feet pinned again after it was changed."""
+    """Return the clip with its feet locked again after changes."""
     contacts = np.column_stack([np.zeros((len(clip), 3)), clip.feet])
     locked = lock_feet(Motion(clip.root, clip.rotations, contacts=contacts))
     return replace(clip, root=locked.root, rotations=rotation.continuous(locked.rotations))

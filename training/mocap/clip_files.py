@@ -1,6 +1,6 @@
-"""Reading the prepared motion capture (30 fps, 22 SMPL-X body joints, Y up), and mirroring it.
+"""Read and mirror the prepared motion capture (30 fps, 22 SMPL-X body joints, Y up).
 
-The clips are not part of this repository; see docs/training.md for where they come from and their terms.
+The clips are not part of this repository; see docs/training.md for their sources and terms.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ MIRROR = skeleton.mirror_joints()
 
 @dataclass(frozen=True)
 class Clip:
-    """root: (T, 3) pelvis, metres. rotations: (T, 22, 4). labels: (T,) names. feet: (T, 2) contact of right and left
-    foot. bad: (T,) frames with a pop in the source."""
+    """A captured clip.
+
+    root: (T, 3) pelvis, metres. rotations: (T, 22, 4) local quaternions (w, x, y, z). labels: (T,) names. feet: (T, 2)
+    contact of right and left foot. bad: (T,) flags of frames with a pop in the source.
+    """
 
     name: str
     root: np.ndarray
@@ -32,7 +35,7 @@ class Clip:
         return len(self.root)
 
     def cut(self, start: int, stop: int) -> Clip:
-        """Frames start .. stop - 1."""
+        """Return the frames start .. stop - 1."""
         part = slice(start, stop)
         return replace(
             self,
@@ -45,7 +48,7 @@ class Clip:
 
 
 def load_clip(path: Path) -> Clip:
-    """One .npz of the prepared form."""
+    """Read one .npz of the prepared format."""
     with np.load(path) as data:
         heel_ball = data["contact"].astype(np.float64)  # left heel, left ball, right heel, right ball
         return Clip(
@@ -59,12 +62,12 @@ def load_clip(path: Path) -> Clip:
 
 
 def load_clips(folder: Path) -> list[Clip]:
-    """All clips of a folder, in the order of their names."""
+    """Read all clips of a folder, in the order of their names."""
     return [load_clip(path) for path in sorted(folder.glob("*.npz"))]
 
 
 def mirror(clip: Clip) -> Clip:
-    """The clip with left and right exchanged, across the plane x = 0."""
+    """Return the clip with left and right exchanged, mirrored in the plane x = 0."""
     turned = clip.rotations[:, MIRROR] * np.array([1.0, 1.0, -1.0, -1.0])
     return replace(
         clip,

@@ -1,4 +1,4 @@
-"""Where in a clip someone sits down, from its labels."""
+"""Find the sits in a clip from its labels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ...samp_addon import rotation, skeleton
 from .clip_files import Clip
 
-# Floor sits and climbing: no seat in the sense of this program.
+# Sits on the floor and climbing, without a seat.
 NOT_ON_A_SEAT = ("75_20", "114_16", "40_06")
 
 
@@ -34,26 +34,26 @@ class SitEvent:
 
 
 def label_runs(labels: np.ndarray) -> list[tuple[str, int, int]]:
-    """(label, first, last + 1) of each run of equal labels."""
+    """Return (label, first, last + 1) of each run of equal labels."""
     cuts = np.concatenate([[0], np.flatnonzero(labels[1:] != labels[:-1]) + 1, [len(labels)]])
     return [(str(labels[a]), int(a), int(b)) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
 
 
 def headings(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Yaw (T,) of the body's heading, radians, as the state defines it."""
+    """Return the yaw (T,) of the body's heading, radians, as defined by models/state.py."""
     positions, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
     across = positions[:, 1] - positions[:, 2] + positions[:, 16] - positions[:, 17]
     return np.arctan2(-across[:, 2], across[:, 0])
 
 
 def uprightness(clip: Clip, joint: str = "spine3") -> np.ndarray:
-    """Cosine (T,) between a joint's own up, the chest's if no other is named, and the vertical."""
+    """Return the cosine (T,) between a joint's own vertical axis, by default the chest's, and the world's."""
     _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, skeleton.default_rest_joints())
     return rotation.quaternion_to_matrix(turned[:, skeleton.INDEX[joint]])[..., 1, 1]
 
 
 def sit_events(clip: Clip) -> list[SitEvent]:
-    """All sits of a clip that begin with sitting down."""
+    """Return all sits of a clip that begin with sitting down."""
     if clip.name.removesuffix("_mirror") in NOT_ON_A_SEAT:
         return []
     runs = label_runs(clip.labels)
@@ -82,7 +82,7 @@ def sit_events(clip: Clip) -> list[SitEvent]:
 def turned(
     root: np.ndarray, rotations: np.ndarray, yaw: float, shift: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A motion turned about the world's vertical by yaw and then moved by shift (3,)."""
+    """Return a motion turned about the world's vertical axis by yaw, radians, and then moved by shift (3,), metres."""
     q = rotation.about_y(yaw)
     rotations = rotations.copy()
     rotations[:, 0] = rotation.multiply(np.broadcast_to(q, rotations[:, 0].shape), rotations[:, 0])

@@ -1,7 +1,7 @@
-"""One neutral posture for everybody who was captured.
+"""A common neutral posture for all captured subjects.
 
-Each subject's retargeting has a constant tilt of its own in pelvis, trunk and head, up to 30 degrees. A network that
-learns from all of them slides from one to the other on its way and ends up with an arched back.
+Each subject's retargeting has a constant tilt in pelvis, trunk and head, up to 30 degrees. A network trained on all of
+them drifts from one to the other during a rollout and ends with an arched back.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from .clip_files import Clip
 from .events import headings
 
 NEUTRAL = {"pelvis": 3.0, "spine3": 5.0, "head": 7.0}
-"""Degrees forward in walking and standing, as in the captures whose soles, hips and skull were fitted best."""
+"""Forward tilt, degrees, in walking and standing, as in the captures with the best fit of soles, hips and skull."""
 UPRIGHT = ("walk", "idle", "shift")
-STANDING = 0.8  # metres of the pelvis over the floor
+STANDING = 0.8  # least height (m) of the pelvis over the floor
 MULTI_SUBJECT_SETS = ("rb", "ac")
-FEWEST = 20  # frames that tell a posture
-# How much of pelvis', chest's and head's corrections each joint takes; arms and legs keep their directions.
+FEWEST = 20  # frames needed to estimate a posture
+# Share of the corrections of pelvis, chest and head that each joint takes; arms and legs keep their directions.
 SHARES = {
     "pelvis": (1, 0, 0), "spine1": (2 / 3, 1 / 3, 0), "spine2": (1 / 3, 2 / 3, 0), "spine3": (0, 1, 0),
     "left_collar": (0, 1, 0), "right_collar": (0, 1, 0), "neck": (0, 0.5, 0.5), "head": (0, 0, 1),
@@ -35,7 +35,7 @@ def subject(clip: Clip) -> str:
 
 
 def tilts(clip: Clip) -> np.ndarray:
-    """Degrees forward (N, 3) of pelvis, chest and head in the frames in which the body walks or stands."""
+    """Return the forward tilt (N, 3), degrees, of pelvis, chest and head in frames of walking or standing."""
     upright = np.isin(clip.labels, UPRIGHT) & (clip.root[:, 1] > STANDING) & ~clip.bad
     if not upright.any():
         return np.zeros((0, 3))
@@ -48,12 +48,12 @@ def tilts(clip: Clip) -> np.ndarray:
 
 
 def neutralised(clips: list[Clip]) -> list[Clip]:
-    """The clips, every subject's mean posture made the neutral one; feet and hips stay where they are."""
-    told: dict[str, list[np.ndarray]] = defaultdict(list)
+    """Return the clips with every subject's median posture shifted to NEUTRAL; feet and hips stay in place."""
+    by_subject: dict[str, list[np.ndarray]] = defaultdict(list)
     for clip in clips:
-        told[subject(clip)].append(tilts(clip))
+        by_subject[subject(clip)].append(tilts(clip))
     off = {}
-    for name, parts in told.items():
+    for name, parts in by_subject.items():
         frames = np.concatenate(parts)
         if len(frames) >= FEWEST:
             off[name] = np.radians(np.median(frames, axis=0) - list(NEUTRAL.values()))
@@ -61,7 +61,7 @@ def neutralised(clips: list[Clip]) -> list[Clip]:
 
 
 def corrected(clip: Clip, off: np.ndarray) -> Clip:
-    """The clip with pelvis, chest and head tilted back by ``off`` (3,) radians."""
+    """Return the clip with pelvis, chest and head tilted back by ``off`` (3,), radians."""
     rest = skeleton.default_rest_joints()
     joints, turned = skeleton.forward_kinematics(clip.root, clip.rotations, rest)
     for name, share in SHARES.items():

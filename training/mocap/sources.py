@@ -1,4 +1,4 @@
-"""Selection and weights of the captured clips: several folders read as one set."""
+"""Select and weight the captured clips of several folders as one set."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from . import clip_files
 from .clip_files import Clip
 from .natural import styled
 
-# Acted styles, and clips with objects that are held or leaned on and that no scene has.
+# Acted styles, and clips with props that are held or leaned on.
 EXCLUDED = {
     "rb": (
         "drunk", "injured", "bruised", "cool", "self-assured", "angry", "extreme", "nervous", "umbrella", "trolley",
@@ -24,7 +24,7 @@ CYCLES = 0.5
 
 
 def base_name(clip: Clip) -> str:
-    """The captured clip's name, mirror image or not."""
+    """Return the captured clip's name, without the suffix of a mirror image."""
     return clip.name.removesuffix("_mirror")
 
 
@@ -36,13 +36,13 @@ def excluded(name: str) -> bool:
 def load(folders: list[Path]) -> list[Clip]:
     """Load the clips of all folders, without excluded ones, in the order of folders and names.
 
-    Raises FileNotFoundError for a folder without clips.
+    Raise FileNotFoundError for a folder without clips.
     """
     clips = []
     for folder in folders:
         found = clip_files.load_clips(folder)
         if not found:
-            raise FileNotFoundError(f"the folder '{folder}' has no .npz clips")
+            raise FileNotFoundError(f"the folder '{folder}' contains no .npz clips")
         clips += [clip for clip in found if not excluded(clip.name)]
     return clips
 

@@ -1,1 +1,1 @@
-"""Furnished rooms with people in them: the corpus that all three methods learn from."""
+"""Furnished rooms with people: the training corpus of all three methods."""

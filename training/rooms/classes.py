@@ -1,4 +1,4 @@
-"""The thirteen classes of a room's surfaces, and meshes whose triangles carry them."""
+"""The thirteen classes of a room's surfaces, and meshes labelled with them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COLOURS = np.array(
     [[196, 176, 148], [225, 222, 214], [250, 250, 250], [139, 94, 60], [135, 190, 230], [214, 140, 60],
      [220, 80, 80], [120, 90, 190], [230, 120, 190], [110, 150, 70], [70, 170, 150], [60, 90, 170],
      [240, 210, 60], [30, 30, 30]], np.uint8)  # fmt: skip
-"""A colour for each class and for people, for sheets."""
+"""Colours of the classes and of people on contact sheets."""
 
 
 @dataclass(frozen=True)
@@ -34,5 +34,5 @@ class Part:
 
     @property
     def number(self) -> int:
-        """Of the class."""
+        """Index of the class."""
         return CLASS[self.name]

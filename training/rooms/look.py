@@ -1,4 +1,4 @@
-"""Look at episodes of a corpus: contact sheets and a short film with the picture, its depth and its classes.
+"""Render episodes of a corpus: contact sheets and a short film with the picture, its depth and its classes.
 
 python -m samp_blender.training.rooms.look --output cache/rooms --episodes 20 --to sheets
 """
@@ -17,11 +17,11 @@ from .pictures import camera, paints, shading, tracer
 
 COLUMNS = 9  # frames of an episode on its sheet
 FILM_FPS, FILM_SECONDS = 10, 8
-DEEPEST = 8.0  # metres that are drawn black
+DEEPEST = 8.0  # depth (m) that is drawn black
 
 
 class Stage:
-    """An episode in its room, with paints and light of its own."""
+    """An episode in its room, with its own paints and light."""
 
     def __init__(self, data: store.RoomData, episode: int, rng: np.random.Generator) -> None:
         self.motion = data.motion(episode)
@@ -32,7 +32,7 @@ class Stage:
         self.paints, self.light = paints.draw(data.room, rng), paints.light(data.room, rng)
 
     def view(self, seat: int) -> camera.Camera:
-        """From one corner of the room (0 to 3) over the way of the episode, or from above (4)."""
+        """Return the camera in a corner of the room (0 to 3) that looks at the episode, or above it (4)."""
         width, depth, height = self.room.size
         middle = self.motion.root.mean(0)
         if seat == 4:
@@ -44,7 +44,7 @@ class Stage:
         return camera.looking(corner, middle * [1, 0, 1] + [0, 0.8, 0], np.radians(84))
 
     def corners(self) -> list[int]:
-        """The corners, the one that is farthest from the way first."""
+        """Return the corners, ordered from the farthest from the episode's path to the nearest."""
         return sorted(
             range(4), key=lambda k: -np.linalg.norm(self.view(k).position - self.motion.root.mean(0))
         )
@@ -52,7 +52,7 @@ class Stage:
     def picture(
         self, seat: int, frame: int, size: tuple[int, int] = camera.SIZE, samples: int = 2
     ) -> shading.Picture:
-        """The picture of a frame from one of the views."""
+        """Render a frame from one of the views."""
         skin = human.skin(self.body, self.motion.pose_slice(slice(frame, frame + 1)))[0]
         body = tracer.Body(skin, *views.faces())
         seen = self.above if seat == 4 else self.tracer
@@ -60,7 +60,7 @@ class Stage:
 
 
 def maps(made: shading.Picture) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and classes as pictures (H, W, 3)."""
+    """Return depth and classes as pictures (H, W, 3), uint8."""
     near = np.clip(1 - made.depth / DEEPEST, 0, 1) * 255
     return np.repeat(near[..., None], 3, -1).astype(np.uint8), COLOURS[
         np.minimum(made.classes, len(COLOURS) - 1)
@@ -68,7 +68,7 @@ def maps(made: shading.Picture) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sheet(stage: Stage) -> np.ndarray:
-    """Rows: two views from opposite sides, depth and classes of the first, and from above."""
+    """Return the contact sheet: a view with its depth and classes, one from the opposite side, one from above."""
     frames = np.linspace(0, len(stage.motion) - 1, COLUMNS).astype(int)
     first, *_, last = stage.corners()
     last = 3 - first
@@ -82,12 +82,12 @@ def sheet(stage: Stage) -> np.ndarray:
     return np.vstack([np.hstack(row) for row in rows])
 
 
-def film(room_builder: list[Stage], path: Path) -> None:
-    """Some seconds of each episode: the picture, its depth, its classes."""
+def film(stages: list[Stage], path: Path) -> None:
+    """Write a film with a few seconds of each episode: the picture, its depth, its classes."""
     from ...samp_addon.blender.render.movie import write_movie
 
     def frames():  # noqa: ANN202
-        for stage in room_builder:
+        for stage in stages:
             first = stage.corners()[0]
             count = min(FILM_FPS * FILM_SECONDS, len(stage.motion) * FILM_FPS // 30)
             start = max((len(stage.motion) - 30 * FILM_SECONDS) // 2, 0)
@@ -99,15 +99,15 @@ def film(room_builder: list[Stage], path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The command; returns its exit status."""
+    """Run the command; return its exit status."""
     from PIL import Image
 
     parser = argparse.ArgumentParser(prog="look", description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="the corpus")
+    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="folder of the corpus")
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--film", type=int, default=6, help="episodes in the film")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--to", type=Path, help="folder of the sheets; left out, CORPUS/sheets")
+    parser.add_argument("--to", type=Path, help="folder of the sheets (default: CORPUS/sheets)")
     options = parser.parse_args(arguments)
     folder = options.to or options.output / "sheets"
     folder.mkdir(parents=True, exist_ok=True)
@@ -115,15 +115,15 @@ def main(arguments: list[str] | None = None) -> int:
     every = [(r["number"], e) for r in corpus.manifest["rooms"] for e in range(r["episodes"])]
     rng = np.random.default_rng(options.seed)
     chosen = [every[k] for k in rng.permutation(len(every))[: options.episodes]]
-    room_builder = []
+    stages = []
     for number, episode in chosen:
         stage = Stage(corpus.room(number), episode, rng)
         name = folder / f"room{number:04d}_episode{episode:02d}.png"
         Image.fromarray(sheet(stage)).save(name)
         print(name)
-        room_builder = [*room_builder, stage][: options.film]
-    if room_builder:
-        film(room_builder, folder / "episodes.mp4")
+        stages = [*stages, stage][: options.film]
+    if stages:
+        film(stages, folder / "episodes.mp4")
         print(folder / "episodes.mp4")
     return 0
 

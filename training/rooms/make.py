@@ -1,8 +1,8 @@
-"""Generate the corpus of furnished rooms with people in them.
+"""Generate the corpus of furnished rooms with people.
 
 python -m samp_blender.training.rooms.make --rooms 300 --seed 0 --output cache/rooms --mocap FOLDER --furniture FOLDER
 
-An interrupted run continues where it stopped. The result depends on the seed only.
+An interrupted run continues where it stopped. The result depends only on the options, including the seed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .uses.composed import Composed
 from .uses.fitted_set import FittedSet
 from .uses.use import Uses
 
-LISTED = 15  # rooms after which lists and manifest are written anew
+LISTED = 15  # rooms between two updates of lists and manifest
 TEST_SHARE = 5  # every fifth room is a test room
 PICTURES = {"train": 12_000, "test": 2_000}
 DEFAULT_MOCAP = DEFAULT_FOLDER.parent / "mocap"
@@ -37,18 +37,18 @@ _room_builder: RoomBuilder | None = None
 
 
 def split_of(number: int) -> str:
-    """Which side a room belongs to."""
+    """Return the split to which a room belongs."""
     return "test" if number % TEST_SHARE == TEST_SHARE - 1 else "train"
 
 
 def pictures_of(split: str, rooms: int, share: float) -> int:
-    """How many pictures each room of a split gets, so that all together are as many as wanted, times a share."""
+    """Return the number of pictures of each room of a split, for PICTURES in total, times a share."""
     mine = max(sum(split_of(k) == split for k in range(rooms)), 1)
     return round(share * -(-PICTURES[split] // mine))
 
 
 def room_builder(options: argparse.Namespace) -> RoomBuilder:
-    """Everything that rooms are made with; clips are read once and kept beside the rooms."""
+    """Return the resources of all rooms; clips are read once and cached next to the rooms."""
     cache = Path(options.output)
     cache.mkdir(parents=True, exist_ok=True)
     kept = cache / "clips.pkl"
@@ -74,7 +74,7 @@ def room_builder(options: argparse.Namespace) -> RoomBuilder:
 
 
 def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
-    """Sits and lies fitted to each piece, instead of the composed ones."""
+    """Return sits and lies fitted to each piece, instead of the composed ones."""
     from ..composition.stitch import WalkIndex
     from .uses.fitted import Fitted
 
@@ -84,7 +84,7 @@ def _fitted(bank: banks.Bank, composed: Composed, cache: Path) -> Uses:
 
 
 def _fitted_set(paths: list[Path], bank: banks.Bank, others: Uses, cache: Path) -> FittedSet:
-    """Sits and lies of files for training rooms; ``others`` for the pieces of test rooms."""
+    """Return sits and lies from files for training rooms, and ``others`` for the pieces of test rooms."""
     kept = cache / "fitted.pkl"
     if not kept.exists():
         made = FittedSet(paths, bank)
@@ -97,7 +97,7 @@ def _fitted_set(paths: list[Path], bank: banks.Bank, others: Uses, cache: Path) 
 
 
 def _one(task: tuple[int, str, int]) -> dict | None:
-    """Make one room; return its manifest's entry, or None after printing why it failed: the other rooms go on."""
+    """Build one room; return its entry of the manifest, or None after printing the error, so that others continue."""
     began = time.time()
     try:
         made = _room_builder.make(*task)
@@ -113,18 +113,21 @@ def _one(task: tuple[int, str, int]) -> dict | None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The command; returns its exit status."""
-    global _room_builder  # noqa: PLW0603 - forked workers share what was read once
+    """Run the command; return its exit status."""
+    global _room_builder  # noqa: PLW0603 - shared with forked workers
     parser = argparse.ArgumentParser(prog="make", description=__doc__.splitlines()[0])
     parser.add_argument("--rooms", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, default=Path("cache/rooms"))
     parser.add_argument(
-        "--mocap", type=Path, default=DEFAULT_MOCAP, help="folder of the prepared clips' sets"
+        "--mocap", type=Path, default=DEFAULT_MOCAP, help="folder of the prepared sets of clips"
     )
     parser.add_argument("--furniture", type=Path, default=DEFAULT_FOLDER)
     parser.add_argument(
-        "--uses", choices=("composed", "fitted"), default="composed", help="sits and lies on furniture"
+        "--uses",
+        choices=("composed", "fitted"),
+        default="composed",
+        help="source of the sits and lies on furniture",
     )
     parser.add_argument(
         "--fitted",
@@ -133,18 +136,16 @@ def main(arguments: list[str] | None = None) -> int:
         help="training sets of fitted sits and lies; their pieces furnish training rooms",
     )
     parser.add_argument("--episodes", type=int, default=40, help="episodes in each room")
-    parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures that are made")
+    parser.add_argument("--pictures", type=float, default=1.0, help="share of the pictures to render")
     parser.add_argument(
-        "--first", type=int, default=0, help="number of the first room, to make a part of them"
+        "--first", type=int, default=0, help="number of the first room, to build a part of the corpus"
     )
-    parser.add_argument("--last", type=int, help="number after the last room")
-    parser.add_argument(
-        "--split", choices=store.SPLITS, help="only the rooms of one side, to make a part of them"
-    )
+    parser.add_argument("--last", type=int, help="number after that of the last room")
+    parser.add_argument("--split", choices=store.SPLITS, help="build only the rooms of one split")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)
     if not shutil.os.path.isdir(options.mocap):
-        parser.error(f"{options.mocap} is not there; docs/training.md says where the clips come from")
+        parser.error(f"{options.mocap} does not exist; docs/training.md lists the sources of the clips")
     began = time.time()
     _room_builder = room_builder(options)
     numbers = range(options.first, options.rooms if options.last is None else options.last)
@@ -169,7 +170,7 @@ def _rooms(tasks: list[tuple[int, str, int]], workers: int) -> Iterator[dict | N
 
 
 def finish(options: argparse.Namespace) -> tuple[int, dict[str, int], float]:
-    """Write lists and manifest of the rooms that are there; return their number, lengths of the lists, and hours."""
+    """Write lists and manifest of the finished rooms; return their number, the lengths of the lists, and hours."""
     every = (entry(options.output, k, split_of(k)) for k in range(options.rooms))
     rooms = [room for room in every if room is not None]
     counts = windows.write(options.output, rooms, options.seed)

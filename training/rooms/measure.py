@@ -1,4 +1,4 @@
-"""Measures a corpus: how people walk, stand and sit in it, beside captured people.
+"""Measure a corpus: walking, standing and sitting, compared with captured people.
 
 python -m samp_blender.training.rooms.measure --output cache/rooms --mocap FOLDER --episodes 60
 """
@@ -24,14 +24,14 @@ from .episodes import depth
 from .episodes.bank import LABELS, SETS
 from .make import DEFAULT_MOCAP
 
-DEEP = 0.02  # metres
-STRIDE = 10  # frames between two that penetration is looked at
-COMPONENTS = 24  # of a pose, for Fréchet distances
+DEEP = 0.02  # penetration (m) from which an episode counts as deep
+STRIDE = 10  # stride of the frames in which penetration is measured
+COMPONENTS = 24  # principal components of a pose, for Fréchet distances
 KNEES = (("left_hip", "left_knee", "left_ankle"), ("right_hip", "right_knee", "right_ankle"))
 
 
 def knee_flexion(motion: Motion) -> np.ndarray:
-    """Flexion (T, 2) of both knees, degrees."""
+    """Return the flexion (T, 2) of both knees, degrees."""
     joints, _ = motion.forward_kinematics()
     out = []
     for names in KNEES:
@@ -43,13 +43,13 @@ def knee_flexion(motion: Motion) -> np.ndarray:
 
 
 def jerk(motion: Motion) -> float:
-    """99th percentile of the joints' jerk, m/s^3."""
+    """Return the 99th percentile of the joints' jerk, m/s^3."""
     joints, _ = motion.forward_kinematics()
     return float(np.percentile(np.linalg.norm(np.diff(joints, 3, axis=0), axis=-1) * motion.fps**3, 99))
 
 
 def hard_obstacles(data: store.RoomData) -> Obstacles:
-    """The hard objects of a room, walls included."""
+    """Return the hard objects of a room, walls included."""
     room = data.room
     soft = [k for k, c in enumerate(room.categories) if c in depth.SOFT]
     shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
@@ -57,7 +57,7 @@ def hard_obstacles(data: store.RoomData) -> Obstacles:
 
 
 def leaning(data: store.RoomData, episode: int) -> list[float]:
-    """For each sit on a piece with a back: metres from the upper back to the piece in the middle of the hold."""
+    """Return the gap, metres, between upper back and piece in the middle of each sit on a piece with a back."""
     first, last = (int(v) for v in data.bounds[episode : episode + 2])
     labels, objects = data.array("motion", "labels")[first:last], data.array("motion", "objects")[first:last]
     sits = np.flatnonzero(labels == LABELS.index("sit"))
@@ -78,12 +78,12 @@ def leaning(data: store.RoomData, episode: int) -> list[float]:
 
 
 def pose_vectors(rotations: np.ndarray) -> np.ndarray:
-    """Rotations (T, 22, 4) without the pelvis as (T, 126): two columns of each matrix."""
+    """Return rotations (T, 22, 4) without the pelvis as vectors (T, 126): two columns of each matrix."""
     return rotation.quaternion_to_matrix(rotations[:, 1:22])[..., :2].reshape(len(rotations), 126)
 
 
 def frechet(a: np.ndarray, b: np.ndarray, axes: np.ndarray, middle: np.ndarray) -> float:
-    """Fréchet distance of poses (N, 126) and (M, 126) in the space of some axes (126, C)."""
+    """Return the Fréchet distance of poses (N, 126) and (M, 126) in the subspace of axes (126, C)."""
     a, b = (a - middle) @ axes, (b - middle) @ axes
     cov_a, cov_b = np.cov(a.T), np.cov(b.T)
     mixed = sqrtm(cov_a @ cov_b).real
@@ -91,7 +91,7 @@ def frechet(a: np.ndarray, b: np.ndarray, axes: np.ndarray, middle: np.ndarray) 
 
 
 def captured_reference(folder: Path, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Knees, stance slides and jerks of captured clips, and seated idles that no training has seen."""
+    """Return knees, stance slides and jerks of captured clips, and seated poses of training and held-out clips."""
     clips = [c for name in SETS for c in neutralised(clip_files.load_clips(folder / name))]
     chosen = [clips[k] for k in rng.permutation(len(clips))[:120]]
     motions = [
@@ -117,7 +117,7 @@ def captured_reference(folder: Path, rng: np.random.Generator) -> dict[str, np.n
 
 
 def measure(corpus: store.Corpus, folder: Path, count: int, seed: int) -> dict[str, object]:
-    """The numbers of ``count`` random episodes beside captured ones."""
+    """Return the measures of ``count`` random episodes and of captured clips."""
     rng = np.random.default_rng(seed)
     every = [(r["number"], e) for r in corpus.manifest["rooms"] for e in range(r["episodes"])]
     chosen = sorted(every[k] for k in rng.permutation(len(every))[:count])
@@ -177,9 +177,9 @@ def _knees(idle: np.ndarray, walk: np.ndarray) -> list[float]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The command; returns its exit status."""
+    """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="measure", description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="the corpus")
+    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="folder of the corpus")
     parser.add_argument("--mocap", type=Path, default=DEFAULT_MOCAP)
     parser.add_argument("--episodes", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)

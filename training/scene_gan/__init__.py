@@ -1,1 +1,1 @@
-"""Training of Scene GAN: data, the encoder, the adversarial training, and the tables of the paper."""
+"""Training of Scene GAN: data, encoder, adversarial training, and the tables of the paper."""

@@ -1,10 +1,10 @@
-"""One command for a machine with a GPU that is lent for minutes: encoders first, then several trainings side by side.
+"""Train encoders and then several runs in parallel on one GPU within a time limit.
 
 python -m samp_blender.training.scene_gan.gpu --data train.bin --output OUT --seconds 560 --pretrain 130
     --run all --run csgn:width=256 --run height:width=256 [--test test.bin]
 
---data is what data/packing.py wrote. Each run is a process of its own: single ones are limited by the launch of small
-kernels. OUT gets one archive in pieces of at most 16 MiB; `join` restores it:
+--data is a file written by data/packing.py. Each run is a separate process, since a single one is limited by the launch
+of small kernels. The results are written to OUT as one archive in pieces of at most 16 MiB; `join` restores it:
 
 python -m samp_blender.training.scene_gan.gpu --join OUT --output FOLDER
 """
@@ -25,18 +25,18 @@ import numpy as np
 from .data import packing
 from .learning import options
 
-MOST = 16 * 2**20 - 4096  # bytes of a piece
+MOST = 16 * 2**20 - 4096  # largest size of a piece, bytes
 PIECES = 4
 MODULE = __package__
 KEPT = ("*.safetensors", "*.sha256", "*.json", "*.jsonl", "*.txt", "*.png")
-PACKING = 25.0  # seconds kept at the end for the archive
+PACKING = 25.0  # seconds reserved at the end for the archive
 
 
 def parse_run(text: str) -> tuple[str, dict[str, str]]:
-    """Return row and options of ROW:KEY=VALUE,KEY=VALUE."""
+    """Parse ROW:KEY=VALUE,KEY=VALUE; return the row and its options."""
     name, _, rest = text.partition(":")
     if name not in options.ROWS:
-        raise argparse.ArgumentTypeError(f"there is no row '{name}'; choose one of {', '.join(options.ROWS)}")
+        raise argparse.ArgumentTypeError(f"unknown row '{name}'; choose one of {', '.join(options.ROWS)}")
     return name, dict(pair.split("=", 1) for pair in filter(None, rest.split(",")))
 
 
@@ -47,9 +47,9 @@ def encoder_name(row: options.Options, width: str) -> str:
 
 
 def archive(folder: Path, output: Path) -> list[Path]:
-    """Write the files of a folder that are worth keeping as pieces PIECE.0, ...; return them.
+    """Write the result files of a folder as pieces scene_gan.0, ...; return their paths.
 
-    Files that would need more than PIECES pieces are left out, the largest ones last.
+    Files are added from the smallest to the largest; those that exceed PIECES pieces are left out.
     """
     files = sorted(
         {path for pattern in KEPT for path in folder.rglob(pattern)}, key=lambda p: p.stat().st_size
@@ -78,7 +78,7 @@ def join(folder: Path, output: Path) -> None:
 
 
 def start(module: str, work: Path, arguments: list[str]) -> subprocess.Popen:
-    """Start a program of this package; its output goes to a file in its folder."""
+    """Start a program of this package; its output is written to a file in its folder."""
     work.mkdir(parents=True, exist_ok=True)
     with (work / "output.txt").open("w") as out:
         command = [sys.executable, "-u", "-m", f"{MODULE}.{module}", "--work", str(work), *arguments]
@@ -86,7 +86,7 @@ def start(module: str, work: Path, arguments: list[str]) -> subprocess.Popen:
 
 
 def wait(running: dict[str, subprocess.Popen], until: float) -> None:
-    """Wait for programs, at most until a time; end those that are late."""
+    """Wait for programs until a time, and kill those that are still running."""
     for name, process in running.items():
         try:
             code = process.wait(max(until - time.time(), 1))
@@ -105,7 +105,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--join", type=Path, metavar="OUT")
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--seconds", type=float, default=560.0, help="duration of the program")
-    parser.add_argument("--pretrain", type=float, default=130.0, help="seconds of it for the encoders")
+    parser.add_argument("--pretrain", type=float, default=130.0, help="seconds of it used for the encoders")
     parser.add_argument("--run", action="append", type=parse_run, default=[], metavar="ROW:KEY=VALUE,...")
     parser.add_argument("--batch", type=int, default=256)
     parser.add_argument("--device", default="cuda")
@@ -114,7 +114,7 @@ def main(arguments: list[str] | None = None) -> int:
         join(chosen.join, chosen.output)
         return 0
     if chosen.data is None or not chosen.run:
-        parser.error("name --data and at least one --run")
+        parser.error("--data and at least one --run are required")
     began = time.time()
     chosen.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:

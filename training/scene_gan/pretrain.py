@@ -1,10 +1,10 @@
-"""Pretrain the scene encoder on depth (inverse Huber), normals and classes (section 3.1; the paper takes ImageNet).
+"""Pretrain the scene encoder on depth (inverse Huber), normals and classes (section 3.1; the paper uses ImageNet).
 
 python -m samp_blender.training.scene_gan.pretrain --data DATA/train --work ENCODER --view colour --seconds 3600
     [--tasks normals classes] [--published resnet18.safetensors] [--test DATA/test]
 
---tasks without depth gives the encoder of the rows without D. The view "height" learns to encode its own maps. Goes on
-where it was stopped. --test prints the depth error (RMSE, share within a factor of 1.25) on held-out rooms.
+--tasks without depth gives the encoder of the rows without D. The view "height" is trained to encode its own maps. An
+interrupted training is resumed. --test prints the depth error (RMSE, share within a factor of 1.25) on held-out rooms.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from .data.dataset import Batch, Dataset
 from .learning import curves, losses
 
 TASKS = ("depth", "normals", "classes")
-FARTHEST = 12.0  # metres; what is farther does not count
+FARTHEST = 12.0  # largest depth (m) that counts
 RATE = 5e-4
 
 
 class HeightDecoder(nn.Module):
-    """A scene feature back to its height map; for pretraining only."""
+    """A decoder from a scene feature to its height map, only for pretraining."""
 
     def __init__(self, scene: int, width: int) -> None:
         super().__init__()
@@ -94,7 +94,7 @@ class Pretraining:
         return found
 
     def step(self, count: int, rate: float) -> dict[str, float]:
-        """Do one step with ``count`` pictures; return the losses."""
+        """Take one step with ``count`` pictures; return the losses."""
         for group in self.steps.param_groups:
             group["lr"] = rate
         found = self.loss(self.data.sample(count, self.random))
@@ -127,7 +127,7 @@ class Pretraining:
         }
 
     def save(self, folder: Path) -> None:
-        """Write the encoder and everything to go on with."""
+        """Write the encoder and the state from which training can be resumed."""
         parts = {"encoder": self.encoder, "extra": self.extra, "steps": self.steps}
         state = {name: part.state_dict() for name, part in parts.items()}
         state |= {"random": self.random.get_state(), "step": self.step_number}
@@ -139,7 +139,7 @@ class Pretraining:
         )
 
     def resume(self, folder: Path) -> None:
-        """Go on from what `save` wrote."""
+        """Resume from a state written by `save`."""
         state = torch.load(folder / "encoder.pt", map_location=self.data.device, weights_only=True)
         self.encoder.load_state_dict(state["encoder"])
         self.extra.load_state_dict(state["extra"])

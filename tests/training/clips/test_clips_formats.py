@@ -134,9 +134,9 @@ def test_the_figure_of_the_cmu_conversion_has_straight_limbs_and_its_own_feet(tm
     [
         ("a.bvh", "HIERARCHY\nnothing", "not a readable BVH"),
         ("a.bvh", "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 0\n}\nMOTION\nFrames: 0\nFrame Time: 0.1\n",
-         "holds no motion"),
-        ("a.amc", ":DEGREES\n1\nroot 0 0 0 0 0 0\n", "No .asf file"),
-        ("a.txt", "", "no known format"),
+         "contains no motion"),
+        ("a.amc", ":DEGREES\n1\nroot 0 0 0 0 0 0\n", "needs the .asf file"),
+        ("a.txt", "", "unknown format"),
         ("a.fbx", "not an fbx", "Blender cannot read"),
     ],
 )  # fmt: skip

@@ -90,4 +90,4 @@ def test_what_cannot_be_imported_is_told_in_one_line(tmp_path, capsys):
     assert "does not exist" in capsys.readouterr().err
     (tmp_path / "a.bvh").write_text("nothing")
     assert importer.main(["--input", str(tmp_path / "a.bvh"), *output]) == 1
-    assert "No clip came of 1 files" in capsys.readouterr().err.splitlines()[-1]
+    assert "No clip could be imported from 1 files" in capsys.readouterr().err.splitlines()[-1]

@@ -100,5 +100,5 @@ def test_a_take_without_skin_borrows_its_rest_pose_from_another(tmp_path):
     back = retargeted(together[0], found)
     off = rotation.multiply(rotation.conjugate(motion.rotations), back.rotations)
     assert np.degrees(np.linalg.norm(rotation.to_axis_angle(off), axis=-1)).max() < 0.5
-    with pytest.raises(SampError, match="nobody stands"):
+    with pytest.raises(SampError, match="upright body"):
         mapped([formats.read(files[0])])

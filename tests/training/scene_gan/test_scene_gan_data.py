@@ -75,7 +75,7 @@ def test_packed_and_back(tmp_path):
     np.testing.assert_allclose(again["depth"], arrays["depth"], rtol=0.003)
     np.testing.assert_array_equal(again["pairs"], arrays["pairs"])
     (tmp_path / "b.bin").write_bytes(b"other")
-    with pytest.raises(ValueError, match="no packed data set"):
+    with pytest.raises(ValueError, match="not a packed data set"):
         packing.unpack(tmp_path / "b.bin")
 
 

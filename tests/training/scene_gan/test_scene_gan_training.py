@@ -101,5 +101,5 @@ def test_an_archive_in_pieces(tmp_path, monkeypatch):
 
 def test_runs_by_name():
     assert gpu.parse_run("csgn:width=256,seed=1") == ("csgn", {"width": "256", "seed": "1"})
-    with pytest.raises(Exception, match="no row"):
+    with pytest.raises(Exception, match="unknown row"):
         gpu.parse_run("other")

@@ -12,8 +12,8 @@ READERS = {".bvh": bvh.read, ".amc": acclaim.read, ".fbx": fbx.read, ".npz": sou
 
 
 def read(path: Path) -> Recording:
-    """The motion of a file that holds joints. Raises SampError for files that cannot be read."""
+    """Return the motion of a file of joints. Raise SampError for files that cannot be read."""
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise SampError(f"'{path.name}' is of no known format; known are {', '.join(sorted(READERS))}.")
+        raise SampError(f"'{path.name}' has an unknown format; supported are {', '.join(sorted(READERS))}.")
     return reader(path)

@@ -1,7 +1,7 @@
 """Acclaim files: a skeleton (.asf) and motions on it (.amc), as the CMU database has them.
 
-A bone is turned about axes of its own: with C the rotation of those axes, the rotation from the rest pose is
-C R C^-1. Its joint is where it begins, so the joint of "lfemur" is the left hip.
+A bone rotates about its own axes: with C the rotation of those axes, the rotation from the rest pose is C R C^-1.
+Its joint is at its start, so the joint of "lfemur" is the left hip.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ....samp_addon.errors import SampError
 from ..recording import Recording, of_local
 
 FPS = 120.0
-"""Frames a second of an AMC file, which does not tell; those of the CMU database are 120."""
+"""Frames a second of an AMC file, which does not store its rate; that of the CMU database is 120."""
 
 
 @dataclass
@@ -30,13 +30,16 @@ class _Bone:
 
     @property
     def vector(self) -> np.ndarray:
-        """From the bone's joint to its end (3,), in the rest pose."""
+        """Vector (3,) from the bone's joint to its end, in the rest pose."""
         return self.direction / (np.linalg.norm(self.direction) or 1.0) * self.length
 
 
 def read(path: Path, fps: float = FPS) -> Recording:
-    """The motion of an .amc file; its skeleton is beside it: the .asf of the same name, of the name's first part
-    (07_01.amc: 07.asf), or the only one. Raises SampError where there is none, or either cannot be read."""
+    """Return the motion of an .amc file on the skeleton beside it.
+
+    The skeleton is the .asf of the same name, of the name's first part (07_01.amc: 07.asf), or the only one in the
+    folder. Raise SampError where there is none, or where either file cannot be read.
+    """
     asf = skeleton_of(path)
     try:
         bones, unit = _skeleton(asf.read_text(errors="replace"))
@@ -46,11 +49,11 @@ def read(path: Path, fps: float = FPS) -> Recording:
             f"'{path.name}' with '{asf.name}' is not readable as ASF and AMC: {error}."
         ) from error
     if not frames:
-        raise SampError(f"'{path.name}' holds no motion.")
+        raise SampError(f"'{path.name}' contains no motion.")
     order = _ordered(bones)
     place = {name: k for k, name in enumerate(order)}
     parents = [place[bones[name].parent] if bones[name].parent else -1 for name in order]
-    # A joint is where the bone above it ends.
+    # A joint lies at the end of the parent bone.
     offsets = np.array([bones[order[p]].vector if p >= 0 else np.zeros(3) for p in parents])
     local = np.tile([1.0, 0.0, 0.0, 0.0], (len(frames), len(order), 1))
     moved = np.tile(offsets, (len(frames), 1, 1))
@@ -71,18 +74,20 @@ def read(path: Path, fps: float = FPS) -> Recording:
 
 
 def skeleton_of(path: Path) -> Path:
-    """The .asf file that an .amc file goes with."""
+    """Return the .asf file of an .amc file. Raise SampError where it is ambiguous."""
     for name in (path.stem, path.stem.split("_")[0]):
         if (path.parent / f"{name}.asf").exists():
             return path.parent / f"{name}.asf"
     found = sorted(path.parent.glob("*.asf"))
     if len(found) != 1:
-        raise SampError(f"No .asf file beside '{path.name}' is clearly its skeleton.")
+        raise SampError(
+            f"'{path.name}' needs the .asf file of its skeleton in the same folder, under the same name."
+        )
     return found[0]
 
 
 def _skeleton(text: str) -> tuple[dict[str, _Bone], float]:
-    """The bones by name, the root first, and radians to a unit of angle."""
+    """Return the bones by name, root first, and the file's unit of angle in radians."""
     bones = {"root": _Bone("root", channels=["tx", "ty", "tz", "rx", "ry", "rz"])}
     unit = np.radians(1.0)
     section, bone = "", None
@@ -108,7 +113,7 @@ def _skeleton(text: str) -> tuple[dict[str, _Bone], float]:
 def _bone_line(
     key: str, values: list[str], bone: _Bone | None, bones: dict[str, _Bone], unit: float
 ) -> _Bone | None:
-    """One line of a bone's description; returns the bone that is being described."""
+    """Parse one line of a bone's description; return the bone that it describes."""
     if key == "begin":
         return _Bone("")
     if bone is None:
@@ -128,7 +133,7 @@ def _bone_line(
 
 
 def _turned(angles: np.ndarray, order: str) -> np.ndarray:
-    """The rotation (4,) of angles (3,) about fixed axes, in the order of the letters."""
+    """Return the quaternion (4,) of angles (3,), radians, about fixed axes, in the order of the letters."""
     result = np.array([1.0, 0.0, 0.0, 0.0])
     for letter, angle in zip(order, angles, strict=True):
         turn = rotation.from_axis_angle(angle * np.eye(3)["xyz".index(letter)])
@@ -137,19 +142,19 @@ def _turned(angles: np.ndarray, order: str) -> np.ndarray:
 
 
 def _ordered(bones: dict[str, _Bone]) -> list[str]:
-    """The names, parents before children."""
+    """Return the names, parents before children."""
     order, left = ["root"], [name for name in bones if name != "root"]
     while left:
         ready = [name for name in left if bones[name].parent in order]
         if not ready:
-            raise ValueError(f"{left[0]} hangs from nothing")
+            raise ValueError(f"bone {left[0]} has no parent")
         order += ready
         left = [name for name in left if name not in ready]
     return order
 
 
 def _frames(text: str) -> list[dict[str, list[float]]]:
-    """Bone -> values of each frame."""
+    """Return, for each frame, the values of each bone by name."""
     frames: list[dict[str, list[float]]] = []
     for line in text.splitlines():
         words = line.split()

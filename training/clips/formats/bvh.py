@@ -22,7 +22,7 @@ class _Joint:
 
 
 def read(path: Path) -> Recording:
-    """The motion of a .bvh file. Raises SampError where it is none."""
+    """Return the motion of a .bvh file. Raise SampError where it cannot be read."""
     words = path.read_text(encoding="utf-8", errors="replace").split()
     try:
         split = words.index("MOTION")
@@ -34,7 +34,7 @@ def read(path: Path) -> Recording:
     except (ValueError, IndexError) as error:
         raise SampError(f"'{path.name}' is not a readable BVH file: {error}.") from error
     if count < 1 or step <= 0:
-        raise SampError(f"'{path.name}' holds no motion.")
+        raise SampError(f"'{path.name}' contains no motion.")
     offsets = np.array([joint.offset for joint in joints])
     local, moved = _channels(joints, values, offsets)
     below = [
@@ -46,7 +46,7 @@ def read(path: Path) -> Recording:
 
 
 def _hierarchy(words: list[str]) -> list[_Joint]:
-    """The joints, parents before children."""
+    """Return the joints, parents before children."""
     joints: list[_Joint] = []
     open_ = [-1]
     k = 0
@@ -58,7 +58,7 @@ def _hierarchy(words: list[str]) -> list[_Joint]:
             open_.append(len(joints) - 1)
             k = stop
         elif word == "End":
-            open_.append(-2 - open_[-1])  # below zero: an end, of the joint that it names
+            open_.append(-2 - open_[-1])  # below zero: the end site of joint -2 - value
             k = words.index("{", k)
         elif word == "OFFSET":
             offset = [float(value) for value in words[k + 1 : k + 4]]
@@ -80,7 +80,7 @@ def _hierarchy(words: list[str]) -> list[_Joint]:
 
 
 def _channels(joints: list[_Joint], values: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Local rotations (T, J, 4) and offsets (T, J, 3) of the frames' values (T, channels).
+    """Return local rotations (T, J, 4) and offsets (T, J, 3) from channel values (T, channels).
 
     Position channels replace the offset of the hierarchy; they are not added to it.
     """

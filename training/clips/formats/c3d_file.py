@@ -12,13 +12,16 @@ import numpy as np
 from ....samp_addon.errors import SampError
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
-FEWEST = 20  # labelled markers that a body is solved from
+FEWEST = 20  # labelled markers needed to solve a body
 
 
 @dataclass(frozen=True, eq=False)
 class Markers:
-    """Places (T, M, 3), metres, in the file's axes, NaN where a marker is not seen. names: (M,) without what is
-    before a colon."""
+    """Markers over time.
+
+    places: (T, M, 3) metres, in the file's axes, NaN where a marker is occluded. names: (M,) without the prefix before
+    a colon.
+    """
 
     name: str
     fps: float
@@ -27,7 +30,7 @@ class Markers:
 
 
 def read(path: Path) -> Markers:
-    """The markers of a .c3d file. Raises SampError where it cannot be read, or the package is missing."""
+    """Return the markers of a .c3d file. Raise SampError where it cannot be read, or the package is missing."""
     try:
         import c3d
     except ImportError as error:
@@ -43,7 +46,7 @@ def read(path: Path) -> Markers:
     except (ValueError, AssertionError, OSError, LookupError, struct.error) as error:
         raise SampError(f"'{path.name}' is not a readable C3D file: {error}.") from error
     if not len(points):
-        raise SampError(f"'{path.name}' holds no frames.")
+        raise SampError(f"'{path.name}' contains no frames.")
     kept = [k for k, label in enumerate(labels) if label and not re.match(r"[*\W]", label)]
     places = np.where(points[:, kept, 3:] < 0, np.nan, points[:, kept, :3]).astype(np.float64)
     places[(places == 0).all(-1)] = np.nan

@@ -12,9 +12,9 @@ from ..recording import Recording
 
 
 def read(path: Path) -> Recording:
-    """The motion of the armature in an .fbx file; of several the one with the most bones. Replaces the open scene.
+    """Return the motion of the armature in an .fbx file, of several the one with the most bones.
 
-    Raises SampError where Blender cannot read the file, or it has no moving armature.
+    Replaces the open scene. Raise SampError where Blender cannot read the file, or it has no animated armature.
     """
     import bpy
 
@@ -28,15 +28,17 @@ def read(path: Path) -> Recording:
     rigs = [thing for thing in bpy.context.scene.objects if thing.type == "ARMATURE"]
     rigs = [rig for rig in rigs if _action(rig) is not None]
     if not rigs:
-        raise SampError(f"'{path.name}' has no armature that moves.")
+        raise SampError(f"'{path.name}' has no animated armature.")
     rig = max(rigs, key=lambda one: len(one.data.bones))
     _disconnect(rig)
     return _sampled(rig, path.stem)
 
 
 def _disconnect(rig) -> None:
-    """Frees bones from the tails of those above: the importer connects a bone to one that ends where it begins, and
-    a connected bone does not move, whatever its keys say."""
+    """Disconnect all bones from their parents' tails.
+
+    The importer connects a bone whose head is at its parent's tail, and a connected bone ignores location keys.
+    """
     import bpy
 
     bpy.context.view_layer.objects.active = rig
@@ -59,7 +61,7 @@ def _sampled(rig, name: str) -> Recording:
     bones = _parents_first(rig.data.bones)
     count = stop - start + 1
     if count < 2:
-        raise SampError(f"'{name}' holds a single pose.")
+        raise SampError(f"'{name}' contains a single pose.")
     world = np.empty((count, 4, 4))
     pose = np.empty((count, len(bones), 4, 4))
     for k in range(count):
@@ -68,7 +70,7 @@ def _sampled(rig, name: str) -> Recording:
         world[k] = shown.matrix_world
         for j, bone in enumerate(bones):
             pose[k, j] = shown.pose.bones[bone.name].matrix
-    # The axes of the first frame stand for the rest pose: the object itself may be moved by the file.
+    # The rest pose uses the object's axes in the first frame: the file may animate the object itself.
     rest = world[0] @ np.array([bone.matrix_local for bone in bones], dtype=np.float64)
     tips = np.array([world[0] @ [*bone.tail_local, 1.0] for bone in bones])[:, :3]
     placed = world[:, None] @ pose
@@ -84,11 +86,11 @@ def _sampled(rig, name: str) -> Recording:
 
 
 def _rotations(matrices: np.ndarray) -> np.ndarray:
-    """The rotations (..., 3, 3) of matrices (..., 4, 4) without their scale."""
+    """Return the rotations (..., 3, 3) of matrices (..., 4, 4), scale removed."""
     axes = matrices[..., :3, :3]
     return axes / np.linalg.norm(axes, axis=-2, keepdims=True)
 
 
 def _parents_first(bones) -> list:
-    """All bones, each after the one that it hangs from."""
+    """Return all bones, parents before children."""
     return sorted(bones, key=lambda bone: len(bone.parent_recursive))

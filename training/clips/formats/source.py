@@ -1,4 +1,4 @@
-"""The .npz form in which public conversions were collected: local rotations on the skeleton of the conversion.
+"""The .npz format of collected public conversions: local rotations on the skeleton of the conversion.
 
 Keys: root_pos (T, 3) metres, local_quat_xyzw (T, J, 4), offsets (J, 3), parents, names, fps, and label (T,) into
 label_names. Y up, +Z forward; the zero pose is a T-pose.
@@ -21,20 +21,21 @@ LEGS = (("lThigh", "lShin", "lFoot"), ("rThigh", "rShin", "rFoot"))
 ARMS = (("lShldr", "lForeArm", "lHand"), ("rShldr", "rForeArm", "rHand"))
 """Limbs of the figure onto which the CMU database was converted.
 
-The figure stands in its zero pose with 10 degrees in the knee and 17 in the elbow, but the conversion took that pose
-for the straight limbs of the ASF skeleton: its local rotations are the angles of the AMC file (02_01: 0 to 3 degrees
-apart in knees and elbows; by the joints' places, 9 and 17). Read off its bones, everybody crouches. Its feet however
-stand better as they are than on straight legs (0.4 against 0.6 cm up and down within stances), and clear the floor.
+The figure's zero pose has 10 degrees in the knee and 17 in the elbow, but the conversion equated it with the straight
+limbs of the ASF skeleton: its local rotations are the angles of the AMC file (02_01: 0 to 3 degrees apart in knees and
+elbows; by the joints' positions, 9 and 17). Taken from its joints' positions, every motion is a crouch. Its feet,
+however, are steadier unchanged than on straight legs (0.4 against 0.6 cm of vertical motion within stances), and clear
+the floor.
 """
 
-SEATED, UPRIGHT = 0.7, 0.88  # height of the hips over the lower ankle, in lengths of a leg
+SEATED, UPRIGHT = 0.7, 0.88  # height of the hips over the lower ankle, in leg lengths
 
 
 def read(path: Path) -> Recording:
-    """The motion of such a file. Raises SampError where keys are missing.
+    """Return the motion of a file. Raise SampError where keys are missing.
 
-    On the figure of the CMU conversion limbs are straight in the rest pose, feet stay, and the hips are raised until
-    the straighter leg is as straight as its knee's rotation says.
+    On the figure of the CMU conversion, limbs are straightened in the rest pose, feet stay, and the hips are raised
+    until the straighter leg has the flexion of its knee's rotation.
     """
     with np.load(path) as data:
         missing = [key for key in KEYS if key not in data]
@@ -60,7 +61,7 @@ def read(path: Path) -> Recording:
 
 
 def straightened(offsets: np.ndarray, names: list[str]) -> np.ndarray:
-    """Offsets (J, 3) with straight legs and arms, as long as before, on the figure of the CMU conversion."""
+    """Return offsets (J, 3) with straight legs and arms of the same lengths, on the figure of the CMU conversion."""
     offsets = offsets.copy()
     for limb in LEGS:
         for joint in limb[1:]:
@@ -74,7 +75,7 @@ def straightened(offsets: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def _raised(captured: Recording, straight: Recording) -> np.ndarray:
-    """Positions (T, J, 3) of the straight-limbed figure, raised, with the feet of the captured one."""
+    """Return positions (T, J, 3) of the straight-limbed figure, raised, with the feet of the captured one."""
     raises, heights, leg = [], [], 0.0
     for limb in LEGS:
         hip, _, foot = (captured.names.index(joint) for joint in limb)

@@ -1,7 +1,7 @@
-"""Labelled markers to a moving skeleton of the person's own size.
+"""Solve labelled markers for a moving skeleton of the subject's own size.
 
-In turn: poses of the figure, then its bone lengths and the places of the markers on its bones by linear least
-squares. Both begin from the default human, scaled by stature.
+Poses and sizes are solved alternately: poses of the figure, then its bone lengths and the positions of the markers on
+its bones by linear least squares. Both start from the default human, scaled by stature.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from .figure import COUNT, Figure, of_default, rest_of, sized
 from .pose import Poses, kinematics, posed
 
 FPS = 30.0
-SEEN = 0.6  # share of the markers that a frame needs
-FITTED = 160  # frames from which a person's size is found
-ROUNDS, STEPS = 6, 15  # of sizes and poses in turn, and of descent within one
-WORST = 0.03  # metres, root mean square: a solution worse than that is none
-FEWEST = 20  # frames
-KEEP_LENGTH, KEEP_PLACE = (0.02, 0.002), (0.02, 0.005)  # pull to what was, in the first and in the last round
+SEEN = 0.6  # least share of visible markers in a frame
+FITTED = 160  # frames from which a subject's size is estimated
+ROUNDS, STEPS = 6, 15  # alternations of poses and sizes, and descent steps in each
+WORST = 0.03  # metres, root mean square: solutions with a larger error are rejected
+FEWEST = 20  # frames of the shortest recording
+KEEP_LENGTH, KEEP_PLACE = (0.02, 0.002), (0.02, 0.005)  # weight of the previous values, first and last round
 
 
 def solved(paths: Sequence[Path]) -> list[Recording]:
-    """The recordings of one person's .c3d files, on one skeleton, 30 frames a second.
+    """Return the recordings of one subject's .c3d files, on one skeleton, at 30 frames a second.
 
-    Raises SampError where files cannot be read, or too few of their markers are known.
+    Raise SampError where files cannot be read, or too few of their markers are known.
     """
     files = [c3d_file.read(path) for path in paths]
     columns = table.known(files[0].names)
@@ -41,13 +41,13 @@ def solved(paths: Sequence[Path]) -> list[Recording]:
         columns = {name: k for name, k in columns.items() if name in table.known(one.names)}
     if len(columns) < c3d_file.FEWEST:
         raise SampError(
-            f"'{files[0].name}' has {len(columns)} known markers; {c3d_file.FEWEST} are needed for a body."
+            f"'{files[0].name}' has {len(columns)} known markers; a body needs at least {c3d_file.FEWEST}."
         )
     names = list(columns)
     tracks = [_upright(_resampled(one, names), names) for one in files]
     pairs = [(one.name, track) for one, track in zip(files, tracks, strict=True) if len(track) >= FEWEST]
     if not pairs:
-        raise SampError(f"'{files[0].name}' shows too few markers at a time.")
+        raise SampError(f"'{files[0].name}' has too few visible markers per frame.")
     figure = fitted(np.concatenate([track for _, track in pairs]), names)
     found = []
     for name, track in pairs:
@@ -60,7 +60,7 @@ def solved(paths: Sequence[Path]) -> list[Recording]:
 
 
 def _resampled(one: c3d_file.Markers, names: Sequence[str]) -> np.ndarray:
-    """Places (T, M, 3) at 30 frames a second, means of three frames, the longest stretch with enough markers."""
+    """Return positions (T, M, 3) at 30 frames a second, means of three frames, of the longest well-seen run."""
     columns = table.known(one.names)
     places = one.places[:, [columns[name] for name in names]]
     at = np.arange(0, len(places) - 1 + 1e-6, one.fps / FPS)
@@ -75,7 +75,7 @@ def _resampled(one: c3d_file.Markers, names: Sequence[str]) -> np.ndarray:
 
 
 def _upright(places: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """The same with Y up: up is where heads are over feet in most frames."""
+    """Return the positions with Y up; up is the axis along which the head is over the feet in most frames."""
     if not len(places):
         return places
     mean = lambda *ends: np.nanmean(
@@ -88,7 +88,7 @@ def _upright(places: np.ndarray, names: Sequence[str]) -> np.ndarray:
 
 
 def fitted(places: np.ndarray, names: Sequence[str]) -> Figure:
-    """The person behind places (T, M, 3), by frames spread over them."""
+    """Return the figure that fits marker positions (T, M, 3), metres, from frames spread over them."""
     frames = places[np.unique(np.linspace(0, len(places) - 1, FITTED).astype(int))]
     figure = of_default(frames, names)
     for k in range(ROUNDS):
@@ -101,7 +101,7 @@ def fitted(places: np.ndarray, names: Sequence[str]) -> Figure:
 
 
 def _recording(name: str, poses: Poses, figure: Figure) -> Recording:
-    """The poses as a recording on SMPL-X's joints, a little smoothed: each frame was solved by itself."""
+    """Return the poses as a recording on SMPL-X's joints, smoothed, because each frame was solved independently."""
     turns = rotation.continuous(rotation.from_axis_angle(poses.turns))
     turns = rotation.normalise(gaussian_filter1d(turns, 0.8, axis=0, mode="nearest"))
     root = gaussian_filter1d(poses.root, 0.8, axis=0, mode="nearest")

@@ -1,4 +1,4 @@
-"""A person as a skeleton with markers on it, and the sizes that fit poses best."""
+"""A subject as a skeleton with markers, and the sizes that fit its poses best."""
 
 from __future__ import annotations
 
@@ -15,8 +15,11 @@ COUNT = skeleton.BODY_COUNT
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """A person. offsets: (22, 3) of the joints from their parents. joints: (M,) to which the markers belong, and
-    places: (M, 3) of them from there. Metres, in the axes of SMPL-X's rest pose."""
+    """A subject's sizes, in metres and in the axes of SMPL-X's rest pose.
+
+    offsets: (22, 3) of the joints from their parents. joints: (M,) indices to which the markers belong. places: (M, 3)
+    offsets of the markers from those joints.
+    """
 
     offsets: np.ndarray
     joints: np.ndarray
@@ -24,7 +27,7 @@ class Figure:
 
 
 def of_default(places: np.ndarray, names: Sequence[str]) -> Figure:
-    """The default human with these markers, scaled to the stature of those at places (T, M, 3), metres, Y up."""
+    """Return the default human with the markers, scaled to the stature of positions (T, M, 3), metres, Y up."""
     known = table.places()
     rest = skeleton.default_rest_joints()[:COUNT]
     joints = np.array([known[name][0] for name in names])
@@ -34,7 +37,7 @@ def of_default(places: np.ndarray, names: Sequence[str]) -> Figure:
 
 
 def _stature(places: np.ndarray, names: Sequence[str]) -> float:
-    """Height of the shoulders over the feet in the most upright frames."""
+    """Return the height of the shoulders over the feet, metres, in the most upright frames."""
     mean = lambda *ends: np.nanmean(
         [places[:, k, 1] for k, name in enumerate(names) if name.endswith(ends)], axis=0
     )
@@ -42,7 +45,7 @@ def _stature(places: np.ndarray, names: Sequence[str]) -> float:
 
 
 def rest_of(offsets: np.ndarray) -> np.ndarray:
-    """Joints (22, 3) of offsets (22, 3) from their parents."""
+    """Return joint positions (22, 3) from offsets (22, 3) to their parents."""
     rest = np.zeros((COUNT, 3))
     for j in range(1, COUNT):
         rest[j] = rest[skeleton.PARENTS[j]] + offsets[j]
@@ -57,10 +60,10 @@ def sized(
     keep_length: float,
     keep_place: float,
 ) -> Figure:
-    """The figure with the lengths and marker places that fit best, drawn to what they were.
+    """Return the figure with the lengths and marker positions that fit best, regularised towards the previous ones.
 
-    places: (T, M, 3) of the markers, NaN where not seen; root: (T, 3); axes: (T, 22, 3, 3) of the joints. keep_length,
-    keep_place: weight of what was against the mean over frames. The two sides are made alike.
+    places: (T, M, 3) of the markers, metres, NaN where occluded. root: (T, 3). axes: (T, 22, 3, 3) of the joints.
+    keep_length, keep_place: weights of the previous values against the mean over frames. Bone lengths are symmetrised.
     """
     seen = np.isfinite(places[..., 0])
     markers, lengths = len(figure.joints), 3 * COUNT

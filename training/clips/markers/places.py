@@ -1,8 +1,8 @@
-"""Where the markers of the usual full-body sets are on the default human.
+"""Positions of the markers of common full-body sets on the default human.
 
-A place is looked for on the skin: from an anchor in the rest pose (T-pose, +Z forward, left is +X) in a direction.
-Left ones are listed; right ones mirror them. Names are those of Vicon's sets, as the CMU and ACCAD databases have
-them.
+A position is found on the skin: from an anchor in the rest pose (T-pose, +Z forward, left is +X) along a direction.
+Left markers are listed; right ones mirror them. Names are those of Vicon's sets, as used by the CMU and ACCAD
+databases.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 from ....samp_addon import skeleton
 from ....samp_addon.body import human
 
-RADIUS = 0.010  # metres from the skin to a marker's middle
+RADIUS = 0.010  # metres from the skin to a marker's centre
 ALIASES = {"LFWT": "LASI", "RFWT": "RASI", "LBWT": "LPSI", "RBWT": "RPSI", "LSHN": "LTIB", "RSHN": "RTIB",
            "LHEEL": "LHEE", "RHEEL": "RHEE", "RBAK": "RBAC", "RBACK": "RBAC", "LWRI": "LWRA", "RWRI": "RWRA",
            "LMT1": "LTOE", "RMT1": "RTOE"}  # fmt: skip
-# marker: bone it moves with, anchor (joint, or two joints and how far between), offset of the anchor, direction
+# marker: bone it moves with, anchor (joint, or two joints and the share between), offset of the anchor, direction
 _MIDDLE = {
     "C7": ("spine3", ("neck",), (0, 0, 0), (0, 0.2, -1)),
     "T10": ("spine3", ("spine3",), (0, 0, 0), (0, 0, -1)),
@@ -53,7 +53,7 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 
 @functools.cache
 def places() -> dict[str, tuple[int, np.ndarray]]:
-    """Marker -> joint whose bone it moves with, and its place (3,) from there in the rest pose, metres."""
+    """Return marker -> joint whose bone it moves with, and its offset (3,) from it in the rest pose, metres."""
     body = human.load()
     joints = body.joints - body.joints[0]
     found = {}
@@ -68,7 +68,7 @@ def places() -> dict[str, tuple[int, np.ndarray]]:
 
 
 def known(names: Sequence[str]) -> dict[str, int]:
-    """Marker -> its column, of those in a file that have a place."""
+    """Return marker -> column, for those names of a file that have a known position."""
     found: dict[str, int] = {}
     for column, name in enumerate(names):
         meant = ALIASES.get(name, name)
@@ -92,7 +92,7 @@ def _placed(
     way = np.array(direction, dtype=np.float64) / np.linalg.norm(direction)
     along = (vertices - start) @ way
     aside = np.linalg.norm(vertices - start - along[:, None] * way, axis=-1)
-    # The first skin in that direction; farther off, the line may leave one limb and enter another.
+    # The nearest skin in that direction; farther away, the line may leave one limb and enter another.
     score = np.where((along > 0) & (along < 0.25), aside, np.inf)
     k = int(np.argmin(score))
     surface = start + along[k] * way

@@ -1,6 +1,6 @@
-"""Poses of a figure in which its markers are where they were seen: Levenberg-Marquardt, all frames at once.
+"""Fit poses of a figure to marker positions: Levenberg-Marquardt, all frames at once.
 
-It is robust, and weak priors hold what a joint can hardly do.
+Errors are weighted robustly, and weak priors restrain improbable joint rotations.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ import numpy as np
 from ....samp_addon import rotation, skeleton
 from .figure import COUNT, Figure, rest_of
 
-ROBUST = 0.05  # metres of error over which a marker counts less
-# Joints that share one rotation, each its part; the spine has too few markers for three of its own.
+ROBUST = 0.05  # metres of error from which a marker's weight decreases
+# Joints that share one rotation in equal parts; the spine has too few markers for three rotations.
 GROUPS = (("pelvis",), ("spine1", "spine2", "spine3"), ("neck", "head")) + tuple(
     (f"{side}_{part}",)
     for part in ("collar", "shoulder", "elbow", "wrist", "hip", "knee", "ankle")
     for side in ("left", "right")
 )
-ENOUGH, GIVEN_UP = 1e-3, 1e3  # share of the cost gained in a step, and damping, from which a frame is done
-LONGEST = 0.6  # metres and radians of a step
-SOFT = (0.004, 0.004, 0.004)  # as STIFF, of joints that are not listed
-# Metres of marker error that a radian of a joint's turn about x, y, z is as bad as.
+ENOUGH, GIVEN_UP = 1e-3, 1e3  # relative gain of a step, and damping, at which a frame stops
+LONGEST = 0.6  # largest change in a step, metres and radians
+SOFT = (0.004, 0.004, 0.004)  # as STIFF, for joints that are not listed there
+# Marker error, metres, whose cost equals that of a radian of a joint's rotation about x, y, z.
 STIFF = {"pelvis": (0.0, 0.0, 0.0), "spine1": (0.02, 0.02, 0.02), "neck": (0.03, 0.03, 0.03),
          "collar": (0.12, 0.12, 0.12), "elbow": (0.02, 0.0, 0.08), "wrist": (0.06, 0.06, 0.06),
          "knee": (0.0, 0.10, 0.10), "ankle": (0.02, 0.02, 0.02)}  # fmt: skip
 HANG = {"left_shoulder": (0, 0, -1.2), "right_shoulder": (0, 0, 1.2), "left_elbow": (0, -0.3, 0),
         "right_elbow": (0, 0.3, 0), "left_knee": (0.2, 0, 0), "right_knee": (0.2, 0, 0)}  # fmt: skip
-"""Rotation vectors from which poses are sought: arms down, limbs a little bent."""
+"""Initial rotation vectors: arms down, limbs slightly bent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +40,12 @@ class Poses:
     error: np.ndarray
 
     def part(self, frames: np.ndarray | slice) -> Poses:
-        """Some of the frames."""
+        """Return a selection of the frames."""
         return Poses(self.root[frames], self.turns[frames], self.error[frames])
 
 
 def posed(places: np.ndarray, figure: Figure, steps: int = 25) -> Poses:
-    """Poses of a person in which the markers are nearest to places (T, M, 3), metres, Y up."""
+    """Return the poses of a figure in which the markers are nearest to positions (T, M, 3), metres, Y up."""
     waist = np.flatnonzero(figure.joints == 0)
     rest = figure.places[waist]
     root = np.zeros((len(places), 3))
@@ -63,15 +63,15 @@ def posed(places: np.ndarray, figure: Figure, steps: int = 25) -> Poses:
         turns[t, 0] = rotation.to_axis_angle(rotation.matrix_to_quaternion(turn))
         root[t] = frame[waist][seen].mean(0) - turn @ rest[seen].mean(0)
     poses = _descended(places, figure, Poses(root, turns, np.full(len(places), np.inf)), steps)
-    for _ in range(2):  # frames that went astray again, from the nearest good one
+    for _ in range(2):  # restart frames with a large error from the nearest good one
         bad = poses.error > 1.5 * np.median(poses.error) + 0.003
         if bad.all() or not bad.any():
             break
         good = np.flatnonzero(~bad)
         again = np.flatnonzero(bad)
         near = good[np.abs(good[None] - again[:, None]).argmin(1)]
-        begun = replace(poses.part(near), root=poses.root[near] + root[again] - root[near])
-        retried = _descended(places[again], figure, begun, steps)
+        initial = replace(poses.part(near), root=poses.root[near] + root[again] - root[near])
+        retried = _descended(places[again], figure, initial, steps)
         better = retried.error < poses.error[again]
         poses.root[again[better]] = retried.root[better]
         poses.turns[again[better]] = retried.turns[better]
@@ -80,13 +80,13 @@ def posed(places: np.ndarray, figure: Figure, steps: int = 25) -> Poses:
 
 
 def _aligned(rest: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """The rotation (3, 3) that turns points (N, 3) about their middle onto others, least squares."""
+    """Return the rotation (3, 3) that turns points (N, 3) about their centroid onto others, least squares."""
     u, _, v = np.linalg.svd((rest - rest.mean(0)).T @ (seen - seen.mean(0)))
     return v.T @ np.diag([1.0, 1.0, np.linalg.det(v.T @ u.T)]) @ u.T
 
 
 def kinematics(root: np.ndarray, turns: np.ndarray, figure: Figure) -> tuple[np.ndarray, ...]:
-    """Joints (T, 22, 3), their axes (T, 22, 3, 3) and the markers (T, M, 3)."""
+    """Return the joints (T, 22, 3), their axes (T, 22, 3, 3) and the markers (T, M, 3), metres."""
     local = np.tile([1.0, 0.0, 0.0, 0.0], (len(root), COUNT, 1))
     for k, group in enumerate(GROUPS):
         part = rotation.from_axis_angle(turns[:, k] / len(group))
@@ -99,7 +99,7 @@ def kinematics(root: np.ndarray, turns: np.ndarray, figure: Figure) -> tuple[np.
 
 
 def _below(figure: Figure) -> np.ndarray:
-    """Which markers (22, M) each joint moves."""
+    """Flag the markers (22, M) that each joint moves."""
     moved = np.zeros((COUNT, len(figure.joints)), bool)
     for m, joint in enumerate(figure.joints):
         j = joint
@@ -110,7 +110,7 @@ def _below(figure: Figure) -> np.ndarray:
 
 
 class _Fit:
-    """The errors of poses against markers seen at places (T, M, 3), NaN where they are not."""
+    """The errors of poses against marker positions (T, M, 3), NaN where occluded."""
 
     def __init__(self, places: np.ndarray, figure: Figure) -> None:
         self.figure = figure
@@ -121,20 +121,20 @@ class _Fit:
         self.below = _below(figure)
 
     def part(self, frames: np.ndarray) -> _Fit:
-        """The same for some of the frames."""
+        """Return the fit of a selection of the frames."""
         other = object.__new__(_Fit)
         other.__dict__.update(self.__dict__, seen=self.seen[frames], places=self.places[frames])
         return other
 
     def errors(self, root: np.ndarray, turns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Errors (T, M, 3) of the markers, metres, their weights (T, M, 1), and the cost (T,) of the poses."""
+        """Return the markers' errors (T, M, 3), metres, their weights (T, M, 1), and the cost (T,) of the poses."""
         off = (kinematics(root, turns, self.figure)[2] - self.places) * self.seen[..., None]
         weight = 1 / np.sqrt(1 + (np.linalg.norm(off, axis=-1, keepdims=True) / ROBUST) ** 2)
         held = (self.prior[3:] * turns.reshape(len(root), -1) ** 2).sum(1)
         return off, weight, (weight * off**2).sum((1, 2)) + held
 
     def step(self, root: np.ndarray, turns: np.ndarray, damping: np.ndarray) -> np.ndarray:
-        """Changes (T, 3 + 3 G) of root and turns, each turn's about its own axes, for damping (T,)."""
+        """Return the step (T, 3 + 3 G) of root and turns, each turn about its own axes, for damping (T,)."""
         joints, axes, placed = kinematics(root, turns, self.figure)
         off, weight, _ = self.errors(root, turns)
         count, size = len(root), len(self.prior)
@@ -144,7 +144,7 @@ class _Fit:
             for name in group:
                 j = skeleton.INDEX[name]
                 m = np.flatnonzero(self.below[j])
-                # A turn about an axis a of the joint moves a marker by a x arm.
+                # A rotation about axis a of the joint moves a marker by a x arm.
                 moved = -_cross_matrices(placed[:, m] - joints[:, j, None]) @ axes[:, j, None]
                 slopes[:, m, :, 3 + 3 * k : 6 + 3 * k] += moved / len(group)
         scale = np.sqrt(weight) * self.seen[..., None]
@@ -159,14 +159,14 @@ class _Fit:
 
 
 def _cross_matrices(vectors: np.ndarray) -> np.ndarray:
-    """Matrices (..., 3, 3) that take the cross product of vectors (..., 3) with what they are applied to."""
+    """Return the matrices (..., 3, 3) whose product with a vector is the cross product with vectors (..., 3)."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*x.shape, 3, 3)
 
 
 def _descended(places: np.ndarray, figure: Figure, poses: Poses, steps: int) -> Poses:
-    """Levenberg-Marquardt over root and turns of each frame, until no frame's cost falls any more."""
+    """Optimise root and turns of each frame by Levenberg-Marquardt, until no frame's cost decreases."""
     fit = _Fit(places, figure)
     root, turns = poses.root.copy(), poses.turns.copy()
     cost = fit.errors(root, turns)[2]

@@ -1,1 +1,1 @@
-"""Lies whose bodies fit their beds: on the back, on a side, half sitting."""
+"""Lies fitted to their beds: supine, on a side, half sitting."""

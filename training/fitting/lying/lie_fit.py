@@ -1,4 +1,4 @@
-"""Composed lies brought onto the mattress, pillow and edge that they lie on, frame by frame, by the skinned body."""
+"""Fit composed lies to mattress, pillow and edge, frame by frame, by the skinned body."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from ...mocap.clip_files import Clip
 from ..shapes import posing, probes
 
 CELL = 0.02
-TOP = 0.26  # metres over the mattress up to which something is lain on: pillows, not boards
-BELOW = 0.12  # metres under it
-PRESSED = 0.004
-ON_FLOOR = (0.10, 0.16)  # metres of an ankle over the floor up to which, and beyond which not, a foot stands
-EVEN = 3.0  # frames, standard deviation
+TOP = 0.26  # height (m) over the mattress up to which surfaces are lain on: pillows, not boards
+BELOW = 0.12  # metres below the mattress that still belong to the top
+PRESSED = 0.004  # compression of flesh, metres
+ON_FLOOR = (0.10, 0.16)  # height (m) of an ankle: below the first a foot stands, above the second it does not
+EVEN = 3.0  # frames, sigma
 PASSES = 3
 TRUNK = ("pelvis", "left_hip", "right_hip", "spine1", "spine2", "spine3")
 LEVERS = {"chest": 0.30, "head": 0.20}
 MOST = {"chest": np.radians(14), "head": np.radians(12)}
-ON_SIDE = 0.6  # cosine of the chest's left with the vertical on a side; legs are lowered farther there
+ON_SIDE = 0.6  # cosine between the chest's left and the vertical from which a body is on a side; legs are lowered more
 FLAT, SITTING = 0.85, 0.35
-"""Cosines of the chest's front with the vertical over which it lies, and below which it does not."""
-NEAR = 0.3  # metres from the surface beyond which a limb is somewhere else
+"""Cosines between the chest's front and the vertical above which it lies, and below which it does not."""
+NEAR = 0.3  # distance (m) from the surface beyond which a limb is not attracted
 
 
 @dataclass(frozen=True, eq=False)
 class Mattress:
-    """The top of a bed or sofa in its own frame. heights (X, Z), NaN where there is none; corner (2,)."""
+    """The top of a bed or sofa in its own frame. heights (X, Z) metres, -9 where there is none; corner (2,) x and z."""
 
     heights: np.ndarray
     corner: np.ndarray
 
     @classmethod
     def of(cls, surface: np.ndarray, level: float) -> Mattress:
-        """Return the top estimated from samples (N, 3) of a piece about a mattress of this height."""
+        """Return the top estimated from samples (N, 3) of a piece around its mattress' height, metres."""
         corner = surface[:, [0, 2]].min(0)
         shape = np.ceil(np.ptp(surface[:, [0, 2]], axis=0) / CELL).astype(int) + 1
         some = surface[(surface[:, 1] < level + TOP) & (surface[:, 1] > level - BELOW)]
@@ -48,7 +48,7 @@ class Mattress:
         return cls(grey_closing(heights, 3), corner)
 
     def over(self, points: np.ndarray) -> np.ndarray:
-        """Metres by which points (..., 3) are over the top; large where there is none."""
+        """Return the height, metres, of points (..., 3) over the top; large where there is none."""
         at = (points[..., [0, 2]] - self.corner) / CELL - 0.5
         flat = at.reshape(-1, 2).T
         nearest = map_coordinates(self.heights, flat, order=0, mode="constant", cval=-9.0)
@@ -58,9 +58,9 @@ class Mattress:
 
 
 def settled(clip: Clip, busy: np.ndarray, top: Mattress, give: float, flat: bool = True) -> Clip:
-    """The clip, in the piece's frame, whose body lies on the top while busy (T,): flags of sitting and lying on it.
+    """Return the clip, in the piece's frame, with the body on the top in frames flagged busy (T,), sitting or lying.
 
-    flat: whether chest and head are brought down onto the top, too.
+    flat: whether chest and head are also lowered onto the top.
     """
     lying = smoothstep((_reclined(clip) - SITTING) / (FLAT - SITTING)) * busy
     lying = gaussian_filter1d(lying, EVEN, mode="nearest")
@@ -80,14 +80,14 @@ def settled(clip: Clip, busy: np.ndarray, top: Mattress, give: float, flat: bool
 
 
 def _facing_up(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
-    """Cosines (T,) between the vertical and the chest's front, and its left."""
+    """Return the cosines (T,) between the vertical and the chest's front, and its left."""
     _, turned = skeleton.forward_kinematics(clip.root, clip.rotations, posing.REST)
     matrix = rotation.quaternion_to_matrix(turned[:, skeleton.INDEX["spine3"]])
     return matrix[..., 1, 2], matrix[..., 1, 0]
 
 
 def _reclined(clip: Clip) -> np.ndarray:
-    """Sine (T,) of the angle between trunk and vertical: 1 lying on the back or a side, 0 upright or bent forward."""
+    """Return the sine (T,) of the trunk's angle to the vertical: 1 supine or on a side, 0 upright or bent forward."""
     front, left = _facing_up(clip)
     return np.hypot(np.maximum(front, 0.0), left * (front > -0.4))
 
@@ -99,7 +99,7 @@ def _feet_kept(
     lying: np.ndarray,
     busy: np.ndarray,
 ) -> Clip:
-    """Feet on the floor where they were, while the body still sits on the edge."""
+    """Return the clip with feet at their places on the floor, while the body still sits on the edge."""
     now, _ = posing.ankles(clip.root, clip.rotations)
     stays = (busy * (1 - lying))[:, None]
     targets = {}
@@ -110,18 +110,18 @@ def _feet_kept(
 
 
 def _gap(clip: Clip, rows: np.ndarray, part: np.ndarray, top: Mattress, nearest: int = 6) -> np.ndarray:
-    """Metres (R,) by which a part of the skin is over the top, mean of its nearest vertices; negative inside."""
+    """Return the height (R,), metres, of a part of the skin over the top: mean of the nearest vertices; < 0 inside."""
     over = top.over(probes.skinned(clip.root[rows], clip.rotations[rows], part))
     return np.sort(over, 1)[:, :nearest].mean(1)
 
 
 def _every(values: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
-    """Values (R,) at some frames, at all frames (T,); 0 before and after."""
+    """Return values (R,) at some frames interpolated to all frames (T,); 0 before and after."""
     return np.interp(np.arange(count), rows, values, left=0.0, right=0.0)
 
 
 def _raised(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, give: float) -> Clip:
-    """The pelvis onto the top where it lies, and out of it where it does not."""
+    """Return the clip with the pelvis on the top while lying, and out of it otherwise."""
     gap = _gap(clip, rows, probes.named(*TRUNK), top)
     onto = np.where(gap < NEAR, -(gap + PRESSED + 0.4 * give), 0.0)
     share = lying[rows]
@@ -132,7 +132,7 @@ def _raised(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, give
 
 
 def _pitched(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, give: float) -> Clip:
-    """Chest and head onto what is under them: bent backward on the back, sideways on a side."""
+    """Return the clip with chest and head on their support: bent backward when supine, sideways on a side."""
     rotations = clip.rotations
     front, left = _facing_up(clip)
     for name, part, joints in (
@@ -150,10 +150,10 @@ def _pitched(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, giv
 
 
 def _foot_on(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, give: float, side: str) -> Clip:
-    """A lying foot onto the top, calf and all; one that is over its edge or in the air is only kept out of it."""
+    """Return the clip with a lying foot and calf on the top; a foot over the edge or in the air is only kept out."""
     part = probes.named(f"{side}_ankle", f"{side}_foot", f"{side}_knee")
     gap = _gap(clip, rows, part, top, 3)
-    # On a side, the upper leg lies on the lower one.
+    # On a side, the upper leg rests on the lower one.
     _, left = _facing_up(clip)
     upper = np.clip(left if side == "left" else -left, 0.0, 1.0)
     pulled = (lying * (1 - upper))[rows]
@@ -172,7 +172,7 @@ def _foot_on(clip: Clip, rows: np.ndarray, lying: np.ndarray, top: Mattress, giv
 
 
 def _arm_out(clip: Clip, rows: np.ndarray, top: Mattress, give: float, side: str) -> Clip:
-    """An arm out of the top: elbow first, then hand."""
+    """Return the clip with an arm out of the top: elbow first, then hand."""
     for upper, lower in (("shoulder", "elbow"), ("elbow", "wrist")):
         part = (
             probes.named(f"{side}_{upper}", f"{side}_{lower}") if upper == "shoulder" else probes.hand(side)

@@ -1,4 +1,4 @@
-"""Lie sequences whose bodies fit their beds: those of training/motion/lies.py, brought onto mattress and pillow."""
+"""Lie sequences fitted to their beds: those of training/composition/lies.py, on mattress and pillow."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .postures import POSTURES, to_headboard, variants
 BUSY = ("lie_down", "lie", "get_up", "sit", "sit_down", "stand_up")
 STRIDE = 3
 BENT = {"111_12": (64, 96), "113_08": (32,)}
-"""Frames of the captured reclines from which legs may stay as they are: both knees up, or one."""
-OFTEN = 0.004  # share of the looked-at frames that may be deeper
+"""Frames of the captured reclines from which the legs' pose may be held: both knees up, or one."""
+OFTEN = 0.004  # largest share of checked frames that may be deeper
 
 
 def with_bent_legs(reclines: list[Recline]) -> list[Recline]:
-    """The reclines, and those whose legs stay bent once the back lies."""
+    """Return the reclines, and variants whose legs stay bent once the back lies."""
     found = list(reclines)
     for recline in reclines:
         name = recline.clip.name.removesuffix("_mirror")
@@ -43,7 +43,7 @@ def with_bent_legs(reclines: list[Recline]) -> list[Recline]:
 
 
 class FittedLies:
-    """Makes fitted lies; counts what it kept and what it dropped and why."""
+    """Compose fitted lies; report counts kept and dropped ones by reason."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class FittedLies:
         self.owed: list[Owed] = []
 
     def compose(self) -> Sequence | None:
-        """One sequence, or None."""
+        """Return a sequence, or None."""
         shares = np.array([POSTURES[posture] for posture in self.composers])
         posture = str(self.rng.choice(list(self.composers), p=shares / shares.sum()))
         made = self.composers[posture].compose()
@@ -94,7 +94,7 @@ class FittedLies:
         return self._sequence(made, after)
 
     def _unfit(self, clip: Clip, piece: FittingPiece) -> str | None:
-        """Why a clip in the piece's frame is in the piece, or None."""
+        """Return where and when a clip, in the piece's frame, penetrates the piece, or None."""
         low, high = piece.triangles.min((0, 1)), piece.triangles.max((0, 1))
         near = ((clip.root > low - 0.8) & (clip.root < high + 0.8))[:, [0, 2]].all(1)
         rows = np.flatnonzero(near)[::STRIDE]
@@ -106,7 +106,7 @@ class FittedLies:
         return f"{group(str(where[worst]))} in it, {clip.labels[rows[worst]]}"
 
     def _sequence(self, made: Sequence, clip: Clip) -> Sequence:
-        """The sequence in the piece's frame, its goal where the lying pelvis really is."""
+        """Return the sequence in the piece's frame, with its goal at the fitted lying pelvis."""
         x, z, yaw = made.placement
         goal = made.goal.copy()
         goal[:, :3], goal[:, 3:] = _local(goal[:, :3], x, z, yaw), _local(goal[:, 3:], 0.0, 0.0, yaw)
@@ -130,7 +130,7 @@ def _local(points: np.ndarray, x: float, z: float, yaw: float) -> np.ndarray:
 
 
 def _in_piece(made: Sequence) -> Clip:
-    """The motion of a sequence in its piece's frame."""
+    """Return the motion of a sequence in its piece's frame."""
     x, z, yaw = made.placement
     root, rotations = turned(made.root - [x, 0.0, z], made.rotations, -yaw, np.zeros(3))
     return Clip("lie", root, rotations, made.labels, made.feet, made.bad)

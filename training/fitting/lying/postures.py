@@ -1,6 +1,6 @@
-"""Other ways to lie than on the back, made from the captured reclines: on the side, and half sitting.
+"""Postures of lying other than supine, derived from the captured reclines: on the side, and half sitting.
 
-Nobody was captured so. The way down is captured; the roll onto the side, the arms and the legs are made here.
+No capture shows them. The descent is captured; the roll onto the side, the arms and the legs are synthesised here.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ from ...mocap.events import uprightness
 from ..shapes import posing, probes
 
 POSTURES = {"back": 0.6, "side": 0.2, "half": 0.2}  # shares of the tries
-ROLL = 40  # frames in which a body on its back rolls onto its side
+ROLL = 40  # frames in which a supine body rolls onto its side
 HOLD = 110  # frames of lying still
-ROLLED = np.radians(82)
-RAISED = 0.08  # metres by which the pelvis joint is higher on a side than on the back
+ROLLED = np.radians(82)  # angle of the roll
+RAISED = 0.08  # metres by which the pelvis joint is higher on a side than supine
 HALF = np.cos(np.radians(46))  # cosine between the chest and the vertical at which a body half sits
-LAP = 30  # frames in which hands are laid in the lap
-BREATH = np.radians(0.7), 105  # amplitude of the chest's pitch and frames of a breath
+LAP = 30  # frames in which hands move into the lap
+BREATH = np.radians(0.7), 105  # amplitude of the chest's pitch, and period in frames, of breathing
 SIDES = {"left": 1.0, "right": -1.0}
-BEHIND = (0.16, 0.75)  # metres over the mattress of what a half sitting back leans on
+BEHIND = (0.16, 0.75)  # heights (m) over the mattress of the support of a half sitting back
 STRIP = 0.22  # metres to either side of the body
-BIN = 0.05  # metres of height of a bin of the headboard's face
-FARTHEST = 0.8  # metres by which a body is moved along the bed at most
+BIN = 0.05  # height (m) of a bin of the headboard's face
+FARTHEST = 0.8  # largest shift of a body along the bed, metres
 
 
 def on_side(recline: Recline, lower: str) -> Recline:
-    """Return the recline that goes on to the left or right side, knees bent, arms in front."""
+    """Return the recline continued onto the left or right side, knees bent, arms in front."""
     clip = recline.clip.cut(0, recline.still + 1)
     joints, _ = skeleton.forward_kinematics(clip.root[-1:], clip.rotations[-1:], posing.REST)
     along = joints[0, skeleton.INDEX["neck"]] - joints[0, 0]
     along /= np.linalg.norm(along)
     last = clip.rotations[-1]
     share = smoothstep(np.arange(1, ROLL + 1) / ROLL)
-    # Seen from the feet a body on its back that rolls to its left turns clockwise about the way to its head.
+    # Seen from the feet, a supine body that rolls to its left turns clockwise about the direction to its head.
     turn = rotation.from_axis_angle(share[:, None] * along * ROLLED * SIDES[lower])
     rotations = np.stack(
         [_toward(last[j], wanted, share) for j, wanted in enumerate(_side_pose(last, lower))], 1
@@ -50,7 +50,7 @@ def on_side(recline: Recline, lower: str) -> Recline:
 
 
 def half_sitting(recline: Recline) -> Recline:
-    """Return the recline that ends half way down, hands in the lap, as against a headboard."""
+    """Return the recline stopped half way, as against a headboard, with hands in the lap."""
     down = np.flatnonzero(uprightness(recline.clip) > HALF)
     clip = recline.clip.cut(0, int(down[-1]) + 1)
     last = clip.rotations[-1]
@@ -62,7 +62,7 @@ def half_sitting(recline: Recline) -> Recline:
     for name in ("neck", "head"):
         wanted[skeleton.INDEX[name]] = rotation.multiply(last[skeleton.INDEX[name]], _about(0, 6))
     rotations = np.stack([_toward(last[j], wanted[j], share) for j in range(len(last))], 1)
-    # The trunk comes to rest: what is left of its speed fades.
+    # The trunk's remaining speed decays.
     root = clip.root[-1] + np.cumsum((1 - share)[:, None] * (clip.root[-1] - clip.root[-2]), 0)
     laid = _continued(clip, root, rotations)
     return Recline(_held(laid), len(laid) - 1)
@@ -79,7 +79,7 @@ def variants(reclines: list[Recline]) -> dict[str, list[Recline]]:
 def to_headboard(
     clip: Clip, still: np.ndarray, surface: np.ndarray, mattress: float, to_feet: np.ndarray
 ) -> float | None:
-    """Return how far a half sitting body has to move to the head of its bed to lean there, metres; None without one.
+    """Return the shift, metres, that brings a half sitting body to the headboard of its bed; None without one.
 
     clip, surface (N, 3): in the piece's frame. still: (T,) flags. to_feet: (3,) horizontal direction.
     """
@@ -92,7 +92,7 @@ def to_headboard(
     behind = near & ((surface - middle) @ to_feet < 0.1)
     if behind.sum() < 50:
         return None
-    # The face is what is nearest to the feet at each height.
+    # The face consists of the points nearest to the feet at each height.
     level = ((surface[behind, 1] - mattress) / BIN).astype(int)
     face = np.full(int(BEHIND[1] / BIN) + 1, -np.inf)
     np.maximum.at(face, level, (surface[behind] - middle) @ to_feet)
@@ -105,14 +105,14 @@ def to_headboard(
 
 
 def _side_pose(last: np.ndarray, lower: str) -> np.ndarray:
-    """Local rotations (22, 4) of lying on a side."""
+    """Return the local rotations (22, 4) of lying on a side."""
     pose = last.copy()
     for name in ("spine1", "spine2", "spine3", "neck", "head"):
         pose[skeleton.INDEX[name]] = _about(0, 7)
     for side, out in SIDES.items():
         upper = side != lower
         bent = np.radians(58 if upper else 42)
-        # The upper leg comes down onto the lower one.
+        # The upper leg is lowered onto the lower one.
         inwards = np.array([0.0, -np.sin(bent), -np.cos(bent)]) * out * (np.radians(15) if upper else 0.0)
         pose[skeleton.INDEX[f"{side}_hip"]] = rotation.multiply(
             rotation.from_axis_angle(inwards), rotation.from_axis_angle(np.array([-bent, 0.0, 0.0]))
@@ -147,7 +147,7 @@ def _continued(clip: Clip, root: np.ndarray, rotations: np.ndarray) -> Clip:
 
 
 def _held(clip: Clip) -> Clip:
-    """The clip with its last pose held, breathing."""
+    """Return the clip with its last pose held, with breathing."""
     pitch = BREATH[0] * np.sin(2 * np.pi * np.arange(1, HOLD + 1) / BREATH[1])
     rotations = np.repeat(clip.rotations[-1:], HOLD, 0)
     rotations = posing.pitched(rotations, "spine2", pitch)

@@ -1,1 +1,1 @@
-"""What fitting looks at: pieces, the surfaces of seats, depths both ways, points of the body and changes of it."""
+"""Geometry for fitting: pieces, seat surfaces, mutual penetration, probe points of the body, and pose edits."""

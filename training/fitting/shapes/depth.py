@@ -1,4 +1,4 @@
-"""How deep a body and a piece of furniture are in each other, both ways (design: penetration). Piece frame, metres."""
+"""Mutual penetration of a body and a piece of furniture (docs: penetration). Piece frame, metres."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ....samp_addon.scene.distance.signed_distance import SignedDistance
 from ....samp_addon.scene.distance.solids import BoxedTriangles, free_counts
 from . import probes
 
-WORTH_A_LOOK = 0.016  # metres of depth, estimated from the rest pose, above which the posed skin is measured
-_FAR = 3.0  # metres from a piece at which all is free
+WORTH_A_LOOK = 0.016  # depth (m), estimated from the rest pose, above which the posed skin is measured
+_FAR = 3.0  # distance (m) from a piece at which points are outside
 
 
 @dataclass(eq=False)
 class PieceField:
-    """The distances of one piece, and how far it gives under a body, metres."""
+    """The distance field of one piece, and its compression under a body, metres."""
 
     field: SignedDistance
     give: float
 
     @classmethod
     def of(cls, triangles: np.ndarray, give: float) -> PieceField:
-        """The field of triangles (F, 3, 3); its cells are made when they are first asked about."""
+        """Return the field of triangles (F, 3, 3); its cells are computed on first use."""
         turned = orient_outward(triangles)
         low, high = turned.min((0, 1)), turned.max((0, 1))
         middle = (low + high) / 2
@@ -33,18 +33,18 @@ class PieceField:
         return cls(SignedDistance(turned, tuple(free_counts(BoxedTriangles.of(turned), free)), None), give)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Signed distances of points (..., 3)."""
+        """Return signed distances of points (..., 3)."""
         return self.field.at(points.reshape(-1, 3))[0].reshape(points.shape[:-1])
 
     def skin_depth(self, skin: np.ndarray) -> np.ndarray:
-        """Depth (T, N) of skin (T, N, 3) inside the piece, 0 outside."""
+        """Return the depth (T, N) of skin (T, N, 3) inside the piece, 0 outside."""
         return np.maximum(-self.distance(skin), 0.0)
 
     def surface_depth(self, inside: np.ndarray, root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-        """Depth (T, M) of the piece's surface under the skin, seen by points inside the body (T, M, 3) of poses.
+        """Return the depth (T, M) of the piece's surface under the skin, at points inside the body (T, M, 3) of poses.
 
-        Within a point's distance from the surface there is a place of the surface, which is at least as deep as the
-        point less that distance. How deep a point is in a bent body, its posed skin says.
+        At a point's distance from the surface there is a surface point that is at least as deep as the point's own
+        depth less that distance. The point's depth in a bent body is measured from its posed skin.
         """
         rest = probes.load().depth
         deep = rest > WORTH_A_LOOK + self.give
@@ -59,7 +59,7 @@ class PieceField:
         return under
 
     def deepest(self, root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The larger of both depths (T,) in each frame, metres, and the joint names (T,) where it is."""
+        """Return the larger of both depths (T,) in each frame, metres, and the names (T,) of the joints there."""
         skin = self.skin_depth(probes.skinned(root, rotations))
         under = self.surface_depth(probes.interior(root, rotations), root, rotations)
         a, b = skin.max(1), under.max(1)

@@ -1,4 +1,4 @@
-"""What is slow to begin with, kept between runs: clips in one posture, walks by pose, pieces with their fields."""
+"""Cache slow preparations between runs: clips in the neutral posture, walks by pose, pieces with their fields."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Thing = TypeVar("Thing")
 
 
 def kept(folder: Path | None, name: str, make: Callable[[], Thing]) -> Thing:
-    """What ``make`` returns, from the folder's file of this name if there is one, else made and written there."""
+    """Return the cached result of ``make`` from the folder, or call it and store its result there."""
     if folder is None:
         return make()
     path = folder / f"{name}.pickle"
@@ -23,7 +23,7 @@ def kept(folder: Path | None, name: str, make: Callable[[], Thing]) -> Thing:
 
 
 def keep(folder: Path | None, name: str, thing: object) -> None:
-    """Writes a thing for later runs; nothing without a folder."""
+    """Store an object for later runs; without a folder, do nothing."""
     if folder is None:
         return
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The pieces of a fitted training set in a file beside it: names, categories and triangles."""
+"""The file of the pieces next to a fitted training set: names, categories and triangles."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .pieces import FittingPiece
 
 
 def beside(path: Path) -> Path:
-    """The file of the pieces of a training set."""
+    """Return the path of the file of pieces of a training set."""
     return Path(path).with_suffix(".pieces.npz")
 
 

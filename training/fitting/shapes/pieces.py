@@ -1,4 +1,4 @@
-"""Furniture to fit bodies to: training pieces with their seats, beds, distances and voxel grids."""
+"""Furniture for fitting: training pieces with their seats, beds, distance fields and voxel grids."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .surfaces import SeatSurface
 PROCEDURAL = {"chair": 18, "armchair": 14, "stool": 7, "bar_stool": 10, "bench": 5, "sofa": 10, "l_sofa": 3,
               "office_chair": 9, "pouf": 3, "bed": 7}  # fmt: skip
 SOFT = {"armchair": 0.03, "sofa": 0.03, "l_sofa": 0.03, "bed": 0.03, "pouf": 0.02, "office_chair": 0.01}
-"""Metres that the pieces of a category give under a body; all others are hard."""
+"""Compression of the pieces of a category under a body, metres; all others are hard."""
 PLACES = 8
-GOOD_ENOUGH = 0.7  # of the best place's score, for lying
+GOOD_ENOUGH = 0.7  # least score of a place to lie, relative to the best one's
 SAMPLES = 60_000
 PLACELESS = ("table", "desk")
 
@@ -37,17 +37,17 @@ class FittingPiece:
 
     @property
     def give(self) -> float:
-        """Metres that it gives under a body."""
+        """Compression under a body, metres."""
         return SOFT.get(self.category, 0.0)
 
     @cached_property
     def surface(self) -> np.ndarray:
-        """Samples (N, 3) of its surface."""
+        """Samples (N, 3) of the surface, metres."""
         return geometry.sample_surface(self.triangles, SAMPLES, seed=0)[0]
 
     @cached_property
     def field(self) -> PieceField:
-        """Its distances."""
+        """The piece's distance field."""
         return PieceField.of(self.triangles, self.give)
 
     @cached_property
@@ -61,12 +61,12 @@ class FittingPiece:
 
     @cached_property
     def beds(self) -> list[Goal]:
-        """Places to lie that are nearly as good as the best: heads belong on the pillows' side."""
+        """Places to lie whose score is near the best one's, which excludes those with the head at the foot end."""
         found = seats.seats_on_map(self._map, "lie", PLACES)
         return [seat.goal for seat in found if seat.score > GOOD_ENOUGH * found[0].score]
 
     def seat_surface(self, goal: Goal) -> SeatSurface:
-        """The surface about a seat; kept."""
+        """Return the surface of a seat, cached."""
         key = (*np.round(goal.position, 4), *np.round(goal.direction, 4))
         kept = self.__dict__.setdefault("_surfaces", {})
         if key not in kept:
@@ -75,9 +75,9 @@ class FittingPiece:
 
 
 def collect(folder: Path | None, seed: int, share: float = 1.0) -> list[FittingPiece]:
-    """Procedural pieces, and the real ones of a folder that may be trained on, each a little scaled.
+    """Return procedural pieces and the real training pieces of a folder, the latter randomly scaled.
 
-    share: of the procedural numbers, for quick trials.
+    share: of the number of procedural pieces, for quick trials.
     """
     rng = np.random.default_rng(seed)
     named = [
@@ -94,7 +94,7 @@ def collect(folder: Path | None, seed: int, share: float = 1.0) -> list[FittingP
 
 
 def grids(pieces: list[FittingPiece]) -> dict[str, np.ndarray]:
-    """The voxel grids of all pieces: centres (P, 512, 3) and occupancy (P, 512)."""
+    """Return the voxel grids of all pieces: centres (P, 512, 3), metres, and occupancy (P, 512)."""
     made = [InteractionGrid.build(piece.triangles, yaw=0.0) for piece in pieces]
     return {
         "centres": np.array([grid.centres for grid in made], np.float32),

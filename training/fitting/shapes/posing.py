@@ -1,4 +1,4 @@
-"""Small changes of whole motions: trunk pitched, pelvis moved, feet left where they were."""
+"""Pose edits of whole motions: trunk pitched, pelvis moved, feet kept in place."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from ....samp_addon.refine.inverse_kinematics import solve_limb
 
 REST = skeleton.default_rest_joints()
 SPINE = {"spine1": 0.4, "spine2": 0.35, "spine3": 0.25}
-GAZE = {"neck": 0.4, "head": 0.4}  # how much of the trunk's pitch the head takes back
+GAZE = {"neck": 0.4, "head": 0.4}  # share of the trunk's pitch that neck and head compensate
 
 
 def pitched(rotations: np.ndarray, joint: str, angle: np.ndarray) -> np.ndarray:
-    """Rotations (T, J, 4) with a joint bent forward about its own lateral axis by angle (T,) radians."""
+    """Return the rotations (T, J, 4) with a joint bent forward about its own lateral axis by angle (T,)
+    radians."""
     j = skeleton.INDEX[joint]
     half = np.asarray(angle) / 2
     zero = np.zeros_like(half)
@@ -24,7 +25,8 @@ def pitched(rotations: np.ndarray, joint: str, angle: np.ndarray) -> np.ndarray:
 
 
 def bent_aside(rotations: np.ndarray, joint: str, angle: np.ndarray) -> np.ndarray:
-    """Rotations (T, J, 4) with a joint bent to the right about its own front axis by angle (T,) radians."""
+    """Return the rotations (T, J, 4) with a joint bent to the right about its own front axis by angle (T,)
+    radians."""
     j = skeleton.INDEX[joint]
     half = np.asarray(angle) / 2
     zero = np.zeros_like(half)
@@ -34,7 +36,7 @@ def bent_aside(rotations: np.ndarray, joint: str, angle: np.ndarray) -> np.ndarr
 
 
 def leant(rotations: np.ndarray, pelvis: np.ndarray, spine: np.ndarray, gaze: bool = True) -> np.ndarray:
-    """Rotations (T, J, 4) with pelvis and spine bent forward by angles (T,); the head takes most of it back."""
+    """Return rotations (T, J, 4) with pelvis and spine bent forward by angles (T,), mostly compensated by the head."""
     out = pitched(rotations, "pelvis", pelvis)
     for name, share in SPINE.items():
         out = pitched(out, name, share * spine)
@@ -45,7 +47,7 @@ def leant(rotations: np.ndarray, pelvis: np.ndarray, spine: np.ndarray, gaze: bo
 
 
 def ankles(root: np.ndarray, rotations: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Places (T, 3) of the ankles and world rotations (T, 4) of the feet, by side."""
+    """Return positions (T, 3) of the ankles and world rotations (T, 4) of the feet, by side."""
     positions, turned = skeleton.forward_kinematics(root, rotations, REST)
     index = {side: skeleton.INDEX[f"{side}_ankle"] for side in ("left", "right")}
     return {s: positions[:, k] for s, k in index.items()}, {s: turned[:, k] for s, k in index.items()}
@@ -54,7 +56,7 @@ def ankles(root: np.ndarray, rotations: np.ndarray) -> tuple[dict[str, np.ndarra
 def planted(
     root: np.ndarray, rotations: np.ndarray, places: dict[str, np.ndarray], feet: dict[str, np.ndarray]
 ) -> np.ndarray:
-    """Rotations (T, J, 4) whose ankles are at places (T, 3) and whose feet are turned as feet (T, 4)."""
+    """Return rotations (T, J, 4) with ankles at places (T, 3) and feet at world rotations (T, 4)."""
     out = rotations
     for side in ("left", "right"):
         out = solve_limb(root, out, REST, f"{side}_leg", places[side])
@@ -66,7 +68,7 @@ def planted(
 
 
 def end_turned(root: np.ndarray, rotations: np.ndarray, joint: str, world: np.ndarray) -> np.ndarray:
-    """Rotations (T, J, 4) with one joint turned as world (T, 4) in the world."""
+    """Return rotations (T, J, 4) with one joint at a world rotation (T, 4)."""
     j = skeleton.INDEX[joint]
     _, turned = skeleton.forward_kinematics(root, rotations, REST)
     out = rotations.copy()
@@ -74,13 +76,13 @@ def end_turned(root: np.ndarray, rotations: np.ndarray, joint: str, world: np.nd
     return out
 
 
-BALL = 0.13  # metres from the ankle ahead to the ball of the foot
+BALL = 0.13  # metres from the ankle forward to the ball of the foot
 
 
 def tiptoed(
     places: dict[str, np.ndarray], feet: dict[str, np.ndarray], rise: np.ndarray
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Ankles (T, 3) and foot rotations (T, 4) with heels raised by rise (T,) metres over the balls of the feet."""
+    """Return ankles (T, 3) and foot rotations (T, 4) with heels raised by rise (T,), metres, about the balls."""
     angle = np.arcsin(np.clip(rise / BALL, 0.0, 0.9))
     half = angle / 2
     zero = np.zeros_like(half)
@@ -90,7 +92,7 @@ def tiptoed(
 
 
 def flat_toes(rotations: np.ndarray, rise: np.ndarray) -> np.ndarray:
-    """Rotations (T, J, 4) with toes bent up again as far as tiptoed has pitched the feet."""
+    """Return rotations (T, J, 4) with toes bent up by the angle with which tiptoed pitches the feet."""
     angle = np.arcsin(np.clip(rise / BALL, 0.0, 0.9))
     for side in ("left", "right"):
         rotations = pitched(rotations, f"{side}_foot", -angle)
@@ -98,7 +100,7 @@ def flat_toes(rotations: np.ndarray, rise: np.ndarray) -> np.ndarray:
 
 
 def trunk_lean(root: np.ndarray, rotations: np.ndarray, facing: np.ndarray) -> np.ndarray:
-    """Backward lean (T,) of the line from hip centre to neck, radians; facing: (3,) or (T, 3) horizontal."""
+    """Return the backward lean (T,), radians, of the line hip centre to neck; facing: (3,) or (T, 3) horizontal."""
     positions, _ = skeleton.forward_kinematics(root, rotations, REST)
     hips = positions[:, [1, 2]].mean(1)
     up = positions[:, skeleton.INDEX["neck"]] - hips
@@ -106,7 +108,7 @@ def trunk_lean(root: np.ndarray, rotations: np.ndarray, facing: np.ndarray) -> n
 
 
 def knees(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Flexion (T, 2) of both knees, degrees."""
+    """Return the flexion (T, 2) of both knees, degrees."""
     joints, _ = skeleton.forward_kinematics(root, rotations, REST)
     angles = []
     for side in ("left", "right"):

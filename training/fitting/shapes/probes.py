@@ -1,4 +1,4 @@
-"""Points of the default human's skin and inside, for fitting: a few hundred instead of 12,000."""
+"""Probe points on and inside the default human's skin, for fitting: a few hundred instead of 12,000."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ....samp_addon.scene.distance.solids import BoxedTriangles, solid_cells
 
 PITCH = 0.03
 DENSE = 0.016
-INSIDE = 0.012  # metres under the skin from which a point counts as inside
+INSIDE = 0.012  # depth (m) under the skin from which a point counts as inside
 _SEAT = ("pelvis", "left_hip", "right_hip", "spine1")
 _BACK = ("pelvis", "spine1", "spine2", "spine3", "left_collar", "right_collar", "neck")
 _SHANKS = ("left_knee", "right_knee", "left_ankle", "right_ankle", "left_foot", "right_foot")
@@ -24,9 +24,12 @@ _ARMS = ("shoulder", "elbow", "wrist")
 
 @dataclass(frozen=True, eq=False)
 class Probes:
-    """skin: (N,) vertex indices of the collision vertices. seat, back, shanks, left_arm, right_arm: rows of ``skin``
-    under pelvis and thighs, on the rear of the trunk, from the knee down, and of the arms. inside: a body whose
-    vertices are points inside the skin; depth: (M,) metres from these to the skin in the rest pose."""
+    """Indices of probe points.
+
+    skin: (N,) indices of the collision vertices. seat, back, shanks, left_arm, right_arm: rows of ``skin`` under pelvis
+    and thighs, on the rear of the trunk, from the knee down, and of the arms. inside: a body whose vertices are points
+    inside the skin; depth: (M,) metres from these to the skin in the rest pose.
+    """
 
     skin: np.ndarray
     seat: np.ndarray
@@ -41,7 +44,7 @@ class Probes:
 
 @functools.cache
 def load() -> Probes:
-    """The probes of the default human."""
+    """Return the probes of the default human."""
     body = human.load()
     owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
     names = np.array(skeleton.JOINTS)[owner]
@@ -61,7 +64,7 @@ def load() -> Probes:
 
 
 def _normals(body: human.Human) -> np.ndarray:
-    """Unit normals (V, 3) of the rest pose."""
+    """Return the unit normals (V, 3) of the rest pose."""
     faces = body.faces[:, :3]
     a, b, c = (body.vertices[faces[:, k]] for k in range(3))
     normals = np.zeros_like(body.vertices)
@@ -71,7 +74,7 @@ def _normals(body: human.Human) -> np.ndarray:
 
 
 def _inside(body: human.Human) -> tuple[human.Human, np.ndarray]:
-    """The body with points inside of it as its vertices, skinned as the skin nearest to them, and their depths."""
+    """Return the body with interior points as its vertices, skinned like the nearest skin, and their depths (M,)."""
     quads = body.faces
     triangles = np.concatenate([body.vertices[quads[:, :3]], body.vertices[quads[:, [0, 2, 3]]]])
     low = triangles.min((0, 1)) - 2 * PITCH
@@ -93,7 +96,7 @@ def _inside(body: human.Human) -> tuple[human.Human, np.ndarray]:
 
 
 def skinned(root: np.ndarray, rotations: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-    """Collision vertices (T, N, 3) of poses, metres; rows: of Probes.skin, or None for all."""
+    """Return collision vertices (T, N, 3) of poses, metres; rows: of Probes.skin, or None for all."""
     probes, body = load(), human.load()
     chosen = probes.skin if rows is None else probes.skin[rows]
     return human.skin(body, Motion(root, rotations), chosen).astype(np.float64)
@@ -101,32 +104,32 @@ def skinned(root: np.ndarray, rotations: np.ndarray, rows: np.ndarray | None = N
 
 @functools.cache
 def _dense() -> np.ndarray:
-    """Vertex indices of about one skin vertex in each cell of 1.6 cm of the rest pose."""
+    """Return the indices of one skin vertex in each cell of 1.6 cm of the rest pose."""
     cells = np.floor(human.load().vertices / DENSE).astype(int)
     return np.sort(np.unique(cells, axis=0, return_index=True)[1])
 
 
 def dense(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Skin vertices (T, D, 3) of poses, closer together than the collision vertices, metres."""
+    """Return skin vertices (T, D, 3) of poses, metres, denser than the collision vertices."""
     return human.skin(human.load(), Motion(root, rotations), _dense()).astype(np.float64)
 
 
 def interior(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Points (T, M, 3) inside the body of poses, metres."""
+    """Return points (T, M, 3) inside the body of poses, metres."""
     inside = load().inside
     return human.skin(inside, Motion(root, rotations), inside.collision).astype(np.float64)
 
 
 @functools.cache
 def owners() -> np.ndarray:
-    """Names (N,) of the joints that the collision vertices follow most."""
+    """Return the names (N,) of the joints with the largest weight at the collision vertices."""
     body = human.load()
     return _owner(body)[load().skin]
 
 
 @functools.cache
 def inner_owners() -> np.ndarray:
-    """Names (M,) of the joints that the points inside follow most."""
+    """Return the names (M,) of the joints with the largest weight at the interior points."""
     return _owner(load().inside)
 
 
@@ -137,12 +140,12 @@ def _owner(body: human.Human) -> np.ndarray:
 
 @functools.cache
 def named(*joints: str) -> np.ndarray:
-    """Rows of Probes.skin that follow one of these joints most."""
+    """Return the rows of Probes.skin whose largest weight is of one of these joints."""
     return np.flatnonzero(np.isin(owners(), joints))
 
 
 @functools.cache
 def hand(side: str) -> np.ndarray:
-    """Rows of Probes.skin of one forearm's end, hand and fingers."""
+    """Return the rows of Probes.skin of one forearm, hand and fingers."""
     arm = load().left_arm if side == "left" else load().right_arm
     return arm[~np.isin(owners()[arm], (f"{side}_shoulder",))]

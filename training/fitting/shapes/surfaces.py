@@ -1,4 +1,4 @@
-"""A seat as a body meets it: heights of the seat, the face of its back, and its armrests, in the seat frame.
+"""The surfaces of a seat: heights of the seat, the face of its back, and its armrests, in the seat frame.
 
 The seat frame has its origin on the floor below a goal, Y up, and +Z along the goal's direction; metres.
 """
@@ -18,33 +18,33 @@ from ....samp_addon.scene.seats.postures import SEAT_TO_PELVIS
 CELL = 0.015
 SEAT_SPAN = ((-0.45, 0.45), (-0.75, 0.75))  # x and z of the height map
 BACK_SPAN = ((-0.21, 0.21), (0.03, 0.85))  # x, and y over the seat, of the back map
-STEP = 0.09  # metres over the seat up to which a surface still carries
-WALL = 0.15  # metres over the seat from which on a column is a back or an armrest
-NOTHING = -9.0
-REACH_BACK = (-0.75, 0.12)  # z between which a back is looked for
-ARMREST = (0.12, 0.32)  # metres over the seat
+STEP = 0.09  # height (m) over the seat up to which a surface supports the body
+WALL = 0.15  # height (m) over the seat above which a column is a back or an armrest
+NOTHING = -9.0  # value of empty cells
+REACH_BACK = (-0.75, 0.12)  # range of z in which a back is searched
+ARMREST = (0.12, 0.32)  # heights (m) of an armrest over the seat
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where a seat frame lies in its piece: origin (3,) on the floor, yaw in radians."""
+    """A seat frame in its piece's frame: origin (3,) on the floor, metres; yaw, radians."""
 
     origin: np.ndarray
     yaw: float
 
     @classmethod
     def of(cls, goal: Goal) -> Frame:
-        """The seat frame of a goal."""
+        """Return the seat frame of a goal."""
         origin = np.array([goal.position[0], 0.0, goal.position[2]])
         return cls(origin, float(np.arctan2(goal.direction[0], goal.direction[2])))
 
     def to_seat(self, points: np.ndarray) -> np.ndarray:
-        """Points (..., 3) of the piece's frame in the seat frame."""
+        """Convert points (..., 3) from the piece's frame to the seat frame."""
         turn = rotation.quaternion_to_matrix(rotation.about_y(-self.yaw))
         return (points - self.origin) @ turn.T
 
     def to_piece(self, points: np.ndarray) -> np.ndarray:
-        """Points (..., 3) of the seat frame in the piece's frame."""
+        """Convert points (..., 3) from the seat frame to the piece's frame."""
         turn = rotation.quaternion_to_matrix(rotation.about_y(self.yaw))
         return points @ turn.T + self.origin
 
@@ -57,8 +57,11 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class SeatSurface:
-    """level: height of the seat, metres. heights (X, Z): what carries, NOTHING where nothing does. back (X, Y): z of
-    the face of the back, NOTHING where there is none. points: (N, 3) samples of the piece in the seat frame."""
+    """The surfaces of a seat, in its frame, metres.
+
+    level: height of the seat. heights: (X, Z) of the supporting surface, NOTHING where there is none. back: (X, Y) z of
+    the back's face, NOTHING where there is none. points: (N, 3) samples of the piece.
+    """
 
     frame: Frame
     level: float
@@ -75,7 +78,7 @@ class SeatSurface:
         heights = _raster(points, SEAT_SPAN, (0, 2), points[:, 1], points[:, 1] < level + STEP)
         tops = _raster(points, SEAT_SPAN, (0, 2), points[:, 1], points[:, 1] < level + 1.0)
         heights = grey_closing(heights, 3)
-        # A column that rises far over the seat is a back or an armrest; the seat ends in front of it.
+        # A column far above the seat belongs to a back or an armrest; the seat ends in front of it.
         heights = np.where((tops > level + WALL) & (heights > level), level, heights)
         shifted = points - [0.0, level, 0.0]
         behind = (points[:, 2] > REACH_BACK[0]) & (points[:, 2] < REACH_BACK[1])
@@ -84,21 +87,21 @@ class SeatSurface:
         return cls(frame, level, heights, back, points)
 
     def height_at(self, x: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Height of what carries at places, metres; NOTHING where nothing does."""
+        """Return the height of the supporting surface at (x, z), metres; NOTHING where there is none."""
         return _look(self.heights, SEAT_SPAN, x, z)
 
     def back_at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """z of the back's face at places (x, height over the floor), metres; NOTHING where there is none."""
+        """Return z of the back's face at (x, height over the floor), metres; NOTHING where there is none."""
         return _look(self.back, BACK_SPAN, x, y - self.level)
 
     @cached_property
     def edge(self) -> float:
-        """z at which the seat ends in front, metres."""
+        """z of the front edge of the seat, metres."""
         return self._ends[1]
 
     @cached_property
     def rear(self) -> float:
-        """z at which the seat ends behind, metres, or where its back begins."""
+        """z of the rear edge of the seat, or of its back's face, metres."""
         return max(self._ends[0], self.rest if self.backed else NOTHING)
 
     @cached_property
@@ -134,7 +137,7 @@ class SeatSurface:
 
     @cached_property
     def armrests(self) -> tuple[np.ndarray | None, np.ndarray | None]:
-        """Left and right armrest: (4,) x of its middle, height, z of its front and of its rear end; None without."""
+        """Left and right armrest: (4,) x of its centre, height, z of its front and of its rear end; None without."""
         return self._armrest(1.0), self._armrest(-1.0)
 
     def _armrest(self, side: float) -> np.ndarray | None:
@@ -163,7 +166,7 @@ def _shape(span: tuple) -> tuple[int, int]:
 def _raster(
     points: np.ndarray, span: tuple, axes: tuple[int, int], values: np.ndarray, some: np.ndarray
 ) -> np.ndarray:
-    """The largest of the values (N,) of points (N, 3) in each cell of a grid over two axes."""
+    """Return the largest of the values (N,) of points (N, 3) in each cell of a grid over two axes."""
     shape = _shape(span)
     at = [
         np.round((points[:, axis] - low) / CELL).astype(int)
@@ -176,9 +179,9 @@ def _raster(
 
 
 def _look(grid: np.ndarray, span: tuple, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Values of a grid at places, linear between cells that hold something."""
+    """Return the values of a grid at (a, b), interpolated linearly between non-empty cells."""
     at = np.stack([(a - span[0][0]) / CELL, (b - span[1][0]) / CELL])
     nearest = map_coordinates(grid, at, order=0, mode="constant", cval=NOTHING)
     linear = map_coordinates(grid, at, order=1, mode="constant", cval=NOTHING)
-    # Beside an edge, a linear value would be drawn down towards NOTHING.
+    # Next to an edge, linear interpolation would pull the value towards NOTHING.
     return np.where(linear > nearest - 0.06, linear, nearest)

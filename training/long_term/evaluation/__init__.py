@@ -1,1 +1,1 @@
-"""The tables of the long-term paper on test rooms, and baselines."""
+"""Tables of the long-term paper on test rooms, and baselines."""

@@ -1,4 +1,4 @@
-"""What the tables compare with: interpolation, the nearest window of the training set (HSNMS), Route+CVAE.
+"""Baselines of the tables: interpolation, the nearest window of the training set (HSNMS), Route+CVAE.
 
 Each is a function of windows and their clouds (B, N, 3) that returns Predicted.
 """
@@ -17,11 +17,13 @@ from ..data import LongTermData, Windows
 from .predicted import Predicted, figures, truth, with_ends
 
 BANK_CHUNK = 256
-END_WEIGHT = 5.0  # of a metre between the ends' places beside the mean distance of joints
+END_WEIGHT = (
+    5.0  # weight of the distance between the ends' positions, relative to the mean distance of joints
+)
 
 
 def interpolated(windows: Windows, cloud: torch.Tensor | None = None) -> Predicted:
-    """Return a straight line and slerp of every joint; no table of the paper has it."""
+    """Return a straight line and slerp of every joint; not in the paper's tables."""
     frames = windows.route.shape[1]
     share = torch.linspace(0, 1, frames, device=windows.route.device)
     ends = windows.route[:, [0, -1], :3]
@@ -32,7 +34,7 @@ def interpolated(windows: Windows, cloud: torch.Tensor | None = None) -> Predict
 
 
 def _slerp(start: torch.Tensor, end: torch.Tensor, share: torch.Tensor) -> torch.Tensor:
-    """Return rotation matrices between two (B, 1, J, 3, 3), at shares (1, T, 1)."""
+    """Return rotation matrices (B, T, J, 3, 3) interpolated between two (B, 1, J, 3, 3), at shares (1, T, 1)."""
     q = [rotation.matrix_to_quaternion(m.double().cpu().numpy()) for m in (start, end)]
     frames = share.shape[1]
     both = [np.broadcast_to(v, (v.shape[0], frames, *v.shape[2:])) for v in q]
@@ -41,7 +43,7 @@ def _slerp(start: torch.Tensor, end: torch.Tensor, share: torch.Tensor) -> torch
 
 
 class NearestWindow:
-    """HSNMS: the window of a memory bank whose ends are most similar, bent from both ends until it meets them."""
+    """HSNMS: the window of a memory bank with the most similar ends, warped to meet the given ends."""
 
     def __init__(self, bank: LongTermData, length: int = layout.FRAMES) -> None:
         self.bank, self.rows = bank, bank.rows[length]
@@ -65,7 +67,7 @@ class NearestWindow:
 
     @staticmethod
     def _features(data: LongTermData, windows: Windows) -> torch.Tensor:
-        """Return features (B, F): joints of both ends about their pelvis, and the goal's place."""
+        """Return features (B, F): joints of both ends relative to their pelvis, and the goal's position."""
         ends = Predicted(windows.route[:, [0, -1]], windows.turns[:, [0, -1]])
         joints = figures(data, ends, torch.zeros_like(windows.betas))[0]
         about = (joints - joints[:, :, :1]).flatten(1) / np.sqrt(joints.shape[2])

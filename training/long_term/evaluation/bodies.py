@@ -1,8 +1,8 @@
-"""Bodies at sub-goals in test rooms: contact, depth and diversity, of single draws and of the ones that are chosen.
+"""Bodies at sub-goals in test rooms: contact, depth and diversity, of single draws and of chosen ones.
 
 python -m samp_blender.training.long_term.evaluation.bodies --corpus cache/rooms --weights RUN --places 200
 
-A place is where somebody was captured standing, sitting or lying; its pelvis, facing and shape are what is asked for.
+Places are those of captured standing, sitting and lying bodies, whose pelvis, facing and shape are the conditions.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from . import intervals
 
 DRAWS = 20
 ACTIONS = {"idle": "idle", "shift": "idle", "sit": "sit", "lie": "lie"}
-"""Captured labels and the places that they are taken for."""
+"""Captured labels and the actions of their places."""
 
 
 def captured(data: RoomData, count: int, rng: np.random.Generator) -> list[tuple[Place, Figure]]:
@@ -49,7 +49,7 @@ def captured(data: RoomData, count: int, rng: np.random.Generator) -> list[tuple
 
 
 def measures(figures: Sequence[Figure], obstacles: Obstacles) -> dict[str, float]:
-    """Return contact and the share of bodies deeper than 2 cm, percent."""
+    """Return the shares of bodies in contact and of bodies deeper than 2 cm, percent."""
     body, motion = shapes.body_of(figures[0].betas), as_motion(figures)
     depth, touching = collision.body_depth(motion, obstacles, 0.0, body)
     deepest = np.maximum(depth.max(1), collision.surface_depth(motion, obstacles, 0.0, body))
@@ -72,7 +72,7 @@ def _about(figure: Figure) -> np.ndarray:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

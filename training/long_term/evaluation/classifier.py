@@ -1,6 +1,6 @@
-"""In place of the paper's table 3, which asked people: a network trained to tell captured windows from made ones.
+"""A classifier of captured and generated windows, in place of the user study of the paper's table 3.
 
-Its accuracy on windows of other rooms: 0.5 where nothing tells them apart, 1 where everything does.
+Its accuracy on windows of other rooms is 0.5 where they are indistinguishable, and 1 where they always differ.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ HELD = 0.3  # share of the rooms on which the accuracy is measured
 
 
 class _Judge(nn.Module):
-    """Convolutions over time of joints about the pelvis and of their velocities."""
+    """Convolutions over time of joints relative to the pelvis and of their velocities."""
 
     def __init__(self, joints: int) -> None:
         super().__init__()
@@ -37,7 +37,7 @@ class _Judge(nn.Module):
 def accuracy(true: torch.Tensor, made: torch.Tensor, rooms: np.ndarray, seed: int = 0) -> float:
     """Return the share of windows in held-out rooms that are classified correctly.
 
-    true, made: joints (B, T, 22, 3) of the same windows, captured and made. rooms: (B,) numbers.
+    true, made: joints (B, T, 22, 3) of the same windows, captured and generated. rooms: (B,) numbers.
     """
     torch.manual_seed(seed)
     units = np.random.default_rng(seed).permutation(np.unique(rooms))

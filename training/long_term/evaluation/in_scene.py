@@ -1,4 +1,4 @@
-"""Windows in their rooms: as Motions of the room, non-collision and contact (table 2), and the optimisation of 3.4."""
+"""Windows in their rooms: conversion to Motions, non-collision and contact (table 2), optimisation (section 3.4)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ...rooms.corpus.store import Corpus
 from ..data import LongTermData, Windows
 from .predicted import Predicted
 
-FLOOR = 0.0  # of all rooms of the corpus
+FLOOR = 0.0  # floor height of all rooms of the corpus, metres
 
 
 def body(windows: Windows, row: int) -> Human:
@@ -28,7 +28,7 @@ def body(windows: Windows, row: int) -> Human:
 
 
 def motions(data: LongTermData, windows: Windows, made: Predicted) -> list[Motion]:
-    """Return windows that are not mirrored as Motions in their rooms."""
+    """Return windows, which must not be mirrored, as Motions in their rooms."""
     origins, yaws = places(data, windows)
     found = []
     for k, (origin, yaw) in enumerate(zip(origins, yaws, strict=True)):
@@ -59,7 +59,7 @@ def from_motions(data: LongTermData, windows: Windows, made: Sequence[Motion]) -
 
 
 def places(data: LongTermData, windows: Windows) -> tuple[np.ndarray, np.ndarray]:
-    """Return the place (B, 3) and the yaw (B,) of the windows' frames in their rooms."""
+    """Return the origin (B, 3), metres, and the yaw (B,), radians, of the windows' frames in their rooms."""
     episode, first = data.windows[windows.index, 0], data.windows[windows.index, 1]
     frame = data.first[episode] + first
     origin = data.root[frame] * data.root.new_tensor([1.0, 0.0, 1.0])
@@ -72,14 +72,14 @@ def room_numbers(data: LongTermData, windows: Windows) -> np.ndarray:
 
 
 class Rooms:
-    """The rooms of a corpus with what is computed once for each."""
+    """The rooms of a corpus with cached obstacles."""
 
     def __init__(self, corpus: Corpus) -> None:
         self.corpus = corpus
         self._known: dict[int, Obstacles] = {}
 
     def obstacles(self, number: int) -> Obstacles:
-        """Return the obstacles of a room; the last one is kept."""
+        """Return the obstacles of a room; those of the last room are cached."""
         if number not in self._known:
             self._known = {number: Obstacles(self.corpus.room(number).room.triangles)}
         return self._known[number]

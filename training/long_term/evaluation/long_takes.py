@@ -1,9 +1,9 @@
-"""Long takes with random sub-goals in test rooms, made by the method as the artist gets them.
+"""Long takes with random sub-goals in test rooms, generated as in the extension.
 
 python -m samp_blender.training.long_term.evaluation.long_takes --corpus cache/rooms --weights RUN --rooms 50
 
-Prints the share of takes that are finished without breaking a guarded measure, non-collision, contact, stance slide,
-and why takes failed. --sub-goals 2, 3 and 4 make takes of about 2, 4 and 6 s of walking.
+Prints the share of takes within all guarded measures, non-collision, contact, stance slide, and the reasons of
+failures. --sub-goals 2, 3 and 4 give takes of about 2, 4 and 6 s of walking.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ TRIES = 200
 def sub_goals(
     data: RoomData, view: SceneView, count: int, rng: np.random.Generator
 ) -> list[tuple[np.ndarray, float]]:
-    """Return random points on floor, seats and beds with yaws, each some way from the one before."""
+    """Return random points on floor, seats and beds with yaws, each at least APART from the previous one."""
     room = data.room
     mesh = view.navmesh
-    low = mesh.points[:, 1] < 0.1  # the roof can be walked on, too
+    low = mesh.points[:, 1] < 0.1  # exclude the roof, which is walkable as well
     free, islands = mesh.points[low], mesh.island_of(mesh.walkable[low])
     free = free[islands == np.bincount(islands).argmax()]
     rests = []
@@ -68,14 +68,14 @@ def sub_goals(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--corpus", type=Path, required=True)
     parser.add_argument("--weights", type=Path, required=True)
     parser.add_argument("--rooms", type=int, default=50)
-    parser.add_argument("--sub-goals", type=int, default=10, help="of each take")
+    parser.add_argument("--sub-goals", type=int, default=10, help="number of sub-goals of each take")
     parser.add_argument("--optimise", action="store_true")
     parser.add_argument("--split", default="test")
     parser.add_argument("--seed", type=int, default=0)

@@ -1,4 +1,4 @@
-"""Windows as methods make them, in the frame of their start, and how far they are from captured ones (section 4.3)."""
+"""Predicted windows in the frame of their start, and their errors against captured ones (paper, section 4.3)."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ MILLIMETRES, HUNDRED = 1000.0, 100.0
 
 @dataclass(frozen=True)
 class Predicted:
-    """route: (B, T, 9), t and r. turns: (B, T, 21, 3, 3) local rotations. Both ends are included; a method that does
-    not hold them exactly has its own first and last frame next to them, see `with_ends`."""
+    """Predicted windows.
+
+    route: (B, T, 9), t and r. turns: (B, T, 21, 3, 3) local rotations. Both ends are included; where a method does not
+    reproduce them, the given ends are added to its own frames, see `with_ends`.
+    """
 
     route: torch.Tensor
     turns: torch.Tensor
@@ -55,9 +58,9 @@ def errors(
     """Return the measures (B,) of each window against the captured one.
 
     L1 distances of t, r and p times 100, mean over numbers; MPJPE and MPVPE in millimetres; all over the frames between
-    the ends. v2v: mean distance of the skin between each given end and the frame next to it, centimetres. v2v_speed:
-    the jump of the skin's velocity at both ends, metres per second: against the frame before and after the window it
-    cannot be measured, so it is that of the captured window's first and last step.
+    the ends. v2v: mean distance of the skin between each given end and the adjacent frame, centimetres. v2v_speed: the
+    jump of the skin's velocity at both ends, metres per second; the frames before and after the window are unknown, so
+    the reference is the captured window's first and last step.
     """
     inner = slice(1, -1)
     true = truth(windows)

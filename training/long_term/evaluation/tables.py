@@ -1,11 +1,10 @@
-"""Tables 1, 2 and 4 of the long-term paper, and the classifier, on test rooms.
+"""Compute tables 1, 2 and 4 of the long-term paper, and the classifier, on test rooms.
 
 python -m samp_blender.training.long_term.pack --corpus cache/rooms --split test --output long_term_test.bin
 python -m samp_blender.training.long_term.evaluation.tables --test long_term_test.bin --train long_term.bin \\
     --weights RUN --corpus cache/rooms --windows 3000 --in-scene 300 --optimised 60 --output long_term.md
 
-The pack has windows of many lengths; those of 61 frames are used. Without --train there is no HSNMS, without --corpus
-no table 2 and no optimisation.
+Of the pack's windows, those of 61 frames are used. HSNMS needs --train; table 2 and the optimisation need --corpus.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class Tables:
         self.values: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
         self.rooms: dict[str, list[int]] = defaultdict(list)
         self.joints: dict[str, list[torch.Tensor]] = defaultdict(list)
-        self.told: dict[str, float] = {}
+        self.accuracies: dict[str, float] = {}
 
     def batches(self, count: int | None = None) -> Iterator[tuple[Windows, torch.Tensor]]:
         """Yield windows and their clouds, the same for every row."""
@@ -55,7 +54,7 @@ class Tables:
 
     @torch.no_grad()
     def accuracy(self, row: Row) -> None:
-        """Table 1 and 4 for a row."""
+        """Compute tables 1 and 4 for a row."""
         name = label(row)
         for windows, cloud in self.batches():
             made = row.predict(windows, cloud)
@@ -63,13 +62,13 @@ class Tables:
             self.joints[name].append(figures(self.data, made, windows.betas)[0])
 
     def classify(self, row: Row) -> None:
-        """The accuracy of the classifier for a row; `captured` has to be measured before."""
+        """Compute the accuracy of the classifier for a row, after that of `captured`."""
         name = label(row)
         true, made = torch.cat(self.joints["captured"]), torch.cat(self.joints[name])
-        self.told[name] = classifier.accuracy(true, made, np.array(self.rooms[name]))
+        self.accuracies[name] = classifier.accuracy(true, made, np.array(self.rooms[name]))
 
     def in_scene(self, row: Row, scene: in_scene.Rooms, count: int, optimised: int) -> None:
-        """Table 2 for a row, and all tables after the optimisation for as many of the windows."""
+        """Compute table 2 for a row, and all tables after the optimisation of the first ``optimised`` windows."""
         name, done = label(row), 0
         for windows, cloud in self.batches(count):
             with torch.no_grad():
@@ -107,7 +106,7 @@ class Tables:
         self.rooms[f"{name}/scene"].append(number)
 
     def lines(self) -> list[str]:
-        """Return the tables as markdown: means with 95 % intervals over rooms."""
+        """Return the lines of the tables in Markdown: means with 95 % intervals over rooms."""
         head = [*MEASURES, *SCENE, "classifier"]
         made = ["| method | " + " | ".join(head) + " |", "|---" * (len(head) + 1) + "|"]
         for name, measures in self.values.items():
@@ -120,40 +119,40 @@ class Tables:
                 cells.append(
                     "{:.2f} [{:.2f}, {:.2f}]".format(*intervals.mean(np.array(measures[measure]), rooms))
                 )
-            cells.append(f"{self.told[name]:.2f}" if name in self.told else "")
+            cells.append(f"{self.accuracies[name]:.2f}" if name in self.accuracies else "")
             made.append(f"| {name} | " + " | ".join(cells) + " |")
         return made
 
 
 def label(row: Row) -> str:
-    """Return the name of a row with what it sees."""
+    """Return the name of a row, marked where the method does not see the scene."""
     sees = {True: "", False: ", no scene", None: ""}[row.scene]
     return row.name + ("" if row.name in ("HSNMS", "interpolation") else sees)
 
 
 def choose(data: LongTermData, count: int, seed: int) -> torch.Tensor:
-    """Return the rows (N,) of windows of the paper's length."""
+    """Return the rows (N,) of random windows of the paper's length."""
     every = data.rows[FRAMES]
     order = torch.randperm(len(every), generator=torch.Generator().manual_seed(seed))
     return every[order[:count].to(every.device)]
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--test", type=Path, required=True, help="pack of test rooms")
     parser.add_argument("--train", type=Path, help="pack of training rooms, for HSNMS")
     parser.add_argument("--weights", type=Path, required=True)
-    parser.add_argument("--corpus", type=Path, help="of the test rooms, for table 2")
+    parser.add_argument("--corpus", type=Path, help="corpus of the test rooms, for table 2")
     parser.add_argument("--windows", type=int, default=3000)
     parser.add_argument("--in-scene", type=int, default=300)
     parser.add_argument("--optimised", type=int, default=60)
     parser.add_argument("--no-classifier", action="store_true")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--output", type=Path, help="markdown; the values go beside it as .json")
+    parser.add_argument("--output", type=Path, help="Markdown file; values are written next to it as .json")
     options = parser.parse_args(arguments)
     torch.set_num_threads(options.threads)
     torch.manual_seed(options.seed)

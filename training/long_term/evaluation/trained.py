@@ -1,4 +1,4 @@
-"""The trained networks as methods of the tables: the shipped ones, and those of the paper's table 1."""
+"""Trained networks as rows of the tables: the shipped ones, and those of the paper's table 1."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Predict = Callable[[Windows, torch.Tensor], Predicted]
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the tables. scene: whether the method sees the scene, None where the question makes no sense."""
+    """A row of the tables. scene: whether the method sees the scene, None where not applicable."""
 
     name: str
     scene: bool | None
@@ -37,7 +37,7 @@ class Row:
 
 
 class Guided:
-    """The shipped RouteNet and PoseNet, without noise, in as many frames as the captured window has."""
+    """The shipped RouteNet and PoseNet, without noise, for the length of the captured window."""
 
     def __init__(self, route: GuidedRoute, pose: GuidedPose) -> None:
         self.route, self.pose = route, pose
@@ -54,7 +54,7 @@ class Guided:
 
 
 class OfThePaper:
-    """RouteNet and PoseNet as the paper has them, or one of its ablations."""
+    """RouteNet and PoseNet of the paper, or one of its ablations."""
 
     def __init__(self, route: WindowNet, pose: WindowNet, kind: paper.Kind, prior: PosePrior) -> None:
         self.route, self.pose, self.kind, self.prior = route, pose, kind, prior
@@ -63,7 +63,7 @@ class OfThePaper:
         route = self.route(windows.route[:, 0], windows.route[:, -1], cloud)
         ends, _ = paper.numbers(self.kind, windows, self.prior)
         made = self.pose(ends[:, 0], ends[:, -1], cloud, route if self.kind.route else None)
-        if self.kind.rotation:  # RouteNet has predicted t only
+        if self.kind.rotation:  # RouteNet predicts only t
             route, made = torch.cat([route, made[..., :ROTATION]], -1), made[..., ROTATION:]
         return with_ends(windows, route, self.prior.decode(made[..., :POSE]))
 
@@ -90,7 +90,7 @@ PAIRS = {
 
 
 def rows(folder: Path, bank: LongTermData | None, device: torch.device) -> list[Row]:
-    """Return the rows for which there are weights in a folder; the nearest window where there is a training set."""
+    """Return the rows whose weights are in a folder, and the nearest window if a training set is given."""
     has = lambda *names: all(weights.weights_path(f"long_term_{name}", folder).exists() for name in names)
     load = lambda name, net: trained(f"long_term_{name}", net, folder, device)
     prior = load("prior", PosePrior())

@@ -1,1 +1,1 @@
-"""The single trainings: prior, PointNet, sub-goal bodies, routes, poses, and the networks of the paper's table 1."""
+"""Training stages: prior, PointNet, sub-goal bodies, routes, poses, and the networks of the paper's table 1."""

@@ -1,4 +1,4 @@
-"""What all trainings share: the optimiser, the running average of the weights, reports and checkpoints."""
+"""The base of all training stages: optimiser, running average of the weights, reports and checkpoints."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ..data import LongTermData
 
 WARM_UP = 100  # steps
 CLIP = 1.0  # largest norm of the gradient
-AVERAGE = 0.998  # of the weights, over steps
+AVERAGE = 0.998  # decay of the running average of the weights, per step
 LEAST_RATE = 0.02  # share of the learning rate at the end
 
 
 class Learner(ABC):
     """The training of one network.
 
-    name: of its weights file. Subclasses compute the losses of a random batch; ``losses["loss"]`` is minimised, the
+    name: of the weights file. Subclasses compute the losses of a random batch; ``losses["loss"]`` is minimised, the
     others are reported.
     """
 
@@ -67,14 +67,14 @@ class Learner(ABC):
         return f"{self.name} step {self.step_number} {text}"
 
     def checkpoint(self) -> dict:
-        """Return all that a training goes on with."""
+        """Return the state from which a training can be resumed."""
         return {
             "net": self.net.state_dict(), "adam": self.adam.state_dict(), "average": self.average,
             "step": self.step_number,
         }  # fmt: skip
 
     def resume(self, state: dict) -> None:
-        """Go on with a checkpoint."""
+        """Resume from a checkpoint."""
         self.net.load_state_dict(state["net"])
         self.adam.load_state_dict(state["adam"])
         self.average = {k: v.to(self.data.device) for k, v in state["average"].items()}
@@ -86,13 +86,13 @@ class Learner(ABC):
 
 
 def trained(name: str, net: nn.Module, folder: Path, device: torch.device) -> nn.Module:
-    """Return a network with the weights that an earlier training has written, fixed."""
+    """Return a network with the fixed weights of an earlier stage."""
     weights.fill(net, weights.load_weights(name, folder), weights.weights_path(name, folder))
     return net.to(device).eval().requires_grad_(False)
 
 
 def with_pretrained_scene(net: nn.Module, encoder: PointEncoder | None) -> nn.Module:
-    """Return a network whose point encoders start from the pretrained one; None leaves them as they are."""
+    """Return a network with its point encoders initialised from the pretrained one; None leaves them unchanged."""
     if encoder is not None:
         for part in net.modules():
             if isinstance(part, PointEncoder):

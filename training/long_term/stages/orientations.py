@@ -1,4 +1,4 @@
-"""How captured bodies are turned in each action: their facing, and the table that sub-goal bodies draw from.
+"""Orientations of captured bodies in each action: their facing, and the table used to draw sub-goal bodies.
 
 Network frame, metres.
 """
@@ -13,23 +13,23 @@ from ...rooms.episodes.bank import LABELS
 from ..data import LongTermData, matrices
 
 LABELLED = {"idle": ("idle", "shift", "walk", "run"), "sit": ("sit",), "lie": ("lie",)}
-"""Labels of the frames of each action; bodies on their way from one to the other belong to none."""
+"""Labels of the frames of each action; transitions belong to none."""
 UNDER, LEVEL = (
     0.2,
     0.7,
-)  # metres around the pelvis, and least vertical component of a normal, of what carries it
-MOST_RISE = 0.15  # metres over the usual height; more is an error of the cloud
+)  # of the pelvis' support: radius (m) around the pelvis, and least vertical component of the normal
+MOST_RISE = 0.15  # largest deviation (m) from the median height; larger ones are errors of the cloud
 SEED = 7
 
 
 def actions(data: LongTermData, rows: torch.Tensor) -> torch.Tensor:
-    """Return which action frames (B,) belong to (B, 3), zeros for none."""
+    """Return the one-hot actions (B, 3) of frames (B,), zeros for none."""
     labels = data.labels[rows]
     return torch.stack([torch.isin(labels, _numbers(name, labels)) for name in ACTIONS], -1).float()
 
 
 def facing(data: LongTermData, rows: torch.Tensor) -> torch.Tensor:
-    """Return the yaw (B,) of frames (B,): of lying bodies, from the head to the feet."""
+    """Return the yaw (B,), radians, of frames (B,); for lying bodies from the head to the feet."""
     lying = torch.isin(data.labels[rows], _numbers("lie", data.labels))
     return torch.where(lying, layout.lying_yaw_of(matrices(data.quats[rows, 0])), data.yaw[rows])
 
@@ -41,9 +41,9 @@ def tilt(vectors: torch.Tensor) -> torch.Tensor:
 
 
 def table(data: LongTermData) -> torch.Tensor:
-    """Return r as it is facing +Z, and the rise of the pelvis over the usual height (3, TURNS, 7), of random bodies.
+    """Return the table (3, TURNS, 7) of random bodies: r facing +Z, and the pelvis' rise over its median height.
 
-    Half of the bodies are mirrored. An action without frames has upright ones.
+    Half of the bodies are mirrored. Actions without frames get upright bodies.
     """
     generator = torch.Generator(device=data.device).manual_seed(SEED)
     draw = lambda most: torch.randint(most, (TURNS,), device=data.device, generator=generator)
@@ -65,7 +65,7 @@ def table(data: LongTermData) -> torch.Tensor:
 
 
 def _rises(data: LongTermData, rows: torch.Tensor) -> torch.Tensor:
-    """Return how much higher than usual the pelvis is over what carries it (B,), metres; 0 where that is unknown."""
+    """Return the pelvis' height over its support (B,), metres, relative to the median; 0 where it is unknown."""
     root, rooms = data.root[rows], data.rooms[data.episode[rows]]
     over = torch.full((len(rows),), torch.nan, device=data.device)
     for k, room in enumerate(rooms.tolist()):

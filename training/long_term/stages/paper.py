@@ -1,7 +1,7 @@
-"""The networks of table 1 as the paper has them: windows of 61 frames, equations 3 and 4, p of the prior.
+"""The networks of the paper's table 1: windows of 61 frames, equations 3 and 4, p of the prior.
 
-Names are those of the files: route, route_t, pose, pose_r (without a given route), pose_rt (which predicts r too),
-base; with `_blind` without scene.
+Names are those of the files: route, route_t, pose, pose_r (without a given route), pose_rt (predicts r as well), base;
+the suffix `_blind` means without scene.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ PLACE = TRANSLATION + ROTATION
 
 @dataclass(frozen=True)
 class Kind:
-    """Which numbers of M a network predicts. first: of M. rotation: whether r is among a PoseNet's. route: whether it
-    is given the predicted route."""
+    """The inputs and outputs of a network.
+
+    route: whether the predicted route is an input. rotation: whether r is predicted. part: "route", "pose" or "base".
+    """
 
     route: bool = False
     rotation: bool = False
@@ -45,13 +47,13 @@ NAMES = tuple(f"paper_{kind}{blind}" for kind in KINDS for blind in ("", "_blind
 
 
 def parse(name: str) -> tuple[Kind, bool]:
-    """Return the kind of a network of NAMES, and whether it sees the scene."""
+    """Return the kind of a network in NAMES, and whether it sees the scene."""
     own = name.removeprefix("paper_")
     return KINDS[own.removesuffix("_blind")], not own.endswith("_blind")
 
 
 def network(name: str) -> WindowNet:
-    """Return a network of NAMES, untrained."""
+    """Return an untrained network in NAMES."""
     kind, scene = parse(name)
     if kind.part == "route":
         return window_net.route_net(kind.rotation, scene)
@@ -61,7 +63,7 @@ def network(name: str) -> WindowNet:
 
 
 def numbers(kind: Kind, batch: Windows, prior: PosePrior) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the numbers (B, T, E) of a network's ends and those that it predicts (B, T, O)."""
+    """Return the numbers (B, T, E) that describe a network's ends, and those that it predicts (B, T, O)."""
     pose = batch.pose if batch.pose is not None else prior.encode(batch.turns)[0]
     if kind.part == "route":
         return batch.route, batch.route if kind.rotation else batch.route[..., :TRANSLATION]
@@ -74,7 +76,7 @@ def numbers(kind: Kind, batch: Windows, prior: PosePrior) -> tuple[torch.Tensor,
 
 
 class PaperLearner(Learner):
-    """route: the trained RouteNet of a PoseNet that is given its routes."""
+    """The training of a network of table 1. route: the trained RouteNet, for a PoseNet with routes as input."""
 
     def __init__(
         self, name: str, data: LongTermData, prior: PosePrior, scene: PointEncoder | None,

@@ -1,6 +1,6 @@
-"""The shipped PoseNet: L1 of rotations and hands (equation 4), of joints and their velocities, and standing feet.
+"""Train the shipped PoseNet: L1 of rotations and hands (equation 4), of joints and their velocities, foot slide.
 
-It is trained on RouteNet's predicted routes, whose weights are fixed (section 3.3).
+It is trained on the routes predicted by RouteNet, whose weights are fixed (section 3.3).
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from .learner import Learner, with_pretrained_scene
 
 KL_WEIGHT = 0.01
 HANDS_WEIGHT = 0.1
-JOINTS_WEIGHT = 4.0  # of metres
-SPEED_WEIGHT = 0.1  # of metres per second
-FEET_WEIGHT = 0.1  # of metres per second
+JOINTS_WEIGHT = 4.0  # per metre
+SPEED_WEIGHT = 0.1  # per metre per second
+FEET_WEIGHT = 0.1  # per metre per second
 SOLES = [[INDEX[f"{side}_{part}"] for part in ("ankle", "foot")] for side in ("left", "right")]
 
 
 class PoseLearner(Learner):
-    """route: the trained RouteNet. scene: the pretrained encoder of point clouds."""
+    """The training of PoseNet. route: the trained RouteNet. scene: the pretrained encoder of point clouds."""
 
     def __init__(
         self, data: LongTermData, route: GuidedRoute, scene: PointEncoder | None, batch: int = 16
@@ -53,7 +53,7 @@ class PoseLearner(Learner):
 
     @torch.no_grad()
     def _route(self, batch: Windows, cloud: torch.Tensor) -> torch.Tensor:
-        """Return RouteNet's route, with the noise that explains the true one best."""
+        """Return RouteNet's route, with noise from the posterior of the true route."""
         ends = windows.route_ends(batch)
         z = sample(*self.route.posterior(ends, batch.route))
         return self.route(ends, batch.route.shape[1], cloud, z)
@@ -76,7 +76,7 @@ class PoseLearner(Learner):
 
     @staticmethod
     def _slide(batch: Windows, joints: torch.Tensor) -> torch.Tensor:
-        """Return the mean speed, metres per second, of feet that touch the ground in two frames."""
+        """Return the mean speed, metres per second, of feet in contact in two consecutive frames."""
         holds = batch.feet[:, 1:] * batch.feet[:, :-1]
         speed = (torch.diff(joints, dim=1) * FPS).norm(dim=-1)
         feet = torch.stack([speed[..., side].amin(-1) for side in SOLES], -1)

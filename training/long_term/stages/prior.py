@@ -1,4 +1,4 @@
-"""The pose prior: joints within 1.5 cm after encoding and decoding, and codes close to a standard Gaussian."""
+"""Train the pose prior: joints within 1.5 cm after encoding and decoding, codes close to a standard Gaussian."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ..data import LongTermData, matrices
 from .learner import Learner
 
 KL_WEIGHT = 2e-4
-JOINTS_WEIGHT = 10.0  # of metres beside numbers of matrices
+JOINTS_WEIGHT = 10.0  # per metre, relative to matrix entries
 
 
 class PriorLearner(Learner):
-    """Poses of single frames, half of them mirrored."""
+    """The training of the prior on poses of single frames; half of the batches are mirrored."""
 
     def __init__(self, data: LongTermData, batch: int = 256) -> None:
         super().__init__("long_term_prior", PosePrior(), data, batch)

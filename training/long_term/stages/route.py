@@ -1,4 +1,4 @@
-"""The shipped RouteNet: L1 of places and rotations (equation 3) and of their velocities, noise, durations."""
+"""Train the shipped RouteNet: L1 of positions and rotations (equation 3) and of velocities, noise, durations."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from . import windows
 from .learner import Learner, with_pretrained_scene
 
 KL_WEIGHT = 0.01
-SPEED_WEIGHT = 0.1  # of metres per second
+SPEED_WEIGHT = 0.1  # per metre per second
 SECONDS_WEIGHT = 0.2
 
 
 class RouteLearner(Learner):
-    """scene: the pretrained encoder of point clouds."""
+    """The training of RouteNet. scene: the pretrained encoder of point clouds."""
 
     def __init__(self, data: LongTermData, scene: PointEncoder | None, batch: int = 32) -> None:
         super().__init__("long_term_route", with_pretrained_scene(GuidedRoute(), scene), data, batch)
@@ -41,5 +41,5 @@ class RouteLearner(Learner):
 
 
 def no_noise(count: int, device: torch.device) -> torch.Tensor:
-    """Return the noise (B, 8) of the most common window."""
+    """Return zero noise (B, 8), the mode of the prior."""
     return torch.zeros(count, LATENT, device=device)

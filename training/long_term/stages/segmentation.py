@@ -1,4 +1,4 @@
-"""PointNet's pretraining: the thirteen classes of the points around a place (section 3.2, implementation details)."""
+"""Pretrain PointNet: the thirteen classes of the points around a place (section 3.2, implementation details)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .learner import Learner
 
 POINTS = 1024
 RADIUS = 2.0  # metres
-TALL = 10.0  # ceilings belong to it
+TALL = 10.0  # metres; includes ceilings
 
 
 class PointLearner(Learner):
-    """Crops of rooms around places where somebody is, turned at random."""
+    """The training of PointNet on crops of rooms around bodies, with random yaw."""
 
     def __init__(self, data: LongTermData, batch: int = 16, points: int = POINTS) -> None:
         super().__init__("long_term_points", PointNet(), data, batch)
@@ -42,7 +42,7 @@ def draw(data: LongTermData, batch: int, points: int) -> tuple[torch.Tensor, tor
 
 @torch.no_grad()
 def accuracy(net: PointNet, data: LongTermData, batches: int = 40, batch: int = 16) -> float:
-    """Return the share of points whose class is found."""
+    """Return the share of correctly classified points."""
     right = []
     for _ in range(batches):
         points, classes = draw(data, batch, POINTS)

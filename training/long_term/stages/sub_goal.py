@@ -1,4 +1,4 @@
-"""The bodies at sub-goals (section 3.2): reconstruction, KL divergence, contact and collision terms."""
+"""Train the bodies at sub-goals (section 3.2): reconstruction, KL divergence, contact and collision terms."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from .learner import Learner, with_pretrained_scene
 
 POINTS = 768
 RADIUS = 1.25  # metres around the pelvis
-JITTER, HEIGHT_JITTER, YAW_JITTER = 0.05, 0.03, 0.1  # of the wanted place: metres, metres, radians
-TILT_JITTER = 0.1  # radians, of the wanted orientation
-KL_WEIGHT, WARM = 5e-3, 0.2  # the weight grows to its full value during this share of the training
+JITTER, HEIGHT_JITTER, YAW_JITTER = 0.05, 0.03, 0.1  # noise of the given position: metres, metres, radians
+TILT_JITTER = 0.1  # noise of the given orientation, radians
+KL_WEIGHT, WARM = 5e-3, 0.2  # weight, and share of the training over which it grows to its full value
 SKIN_WEIGHT, HANDS_WEIGHT = 5.0, 0.1
 CONTACT_WEIGHT, COLLISION_WEIGHT = 0.2, 10.0
 TOUCHING, TRUSTED = (
     0.04,
     0.15,
-)  # metres: skin that touches; distance within which normals tell inside from outside
-GEMAN = 0.03  # metres at which the Geman-McClure error reaches one half
+)  # metres: distance of touching skin; distance within which normals separate inside and outside
+GEMAN = 0.03  # distance (m) at which the Geman-McClure error is one half
 RARE = 0.5  # share of the bodies that are drawn evenly over the kinds of poses instead of over time
 
 
 @dataclass(frozen=True)
 class Bodies:
-    """A batch of bodies, each in the frame of the place that was asked for.
+    """A batch of bodies, each in the frame of its given place.
 
-    given: (B, 9), t and r that are asked for. body: (B, 65). turns: (B, 22, 3, 3). action: (B, 3), see SubGoalNet.
+    given: (B, 9), the given t and r. body: (B, 65). turns: (B, 22, 3, 3). action: (B, 3), see SubGoalNet.
     cloud, normals: (B, P, 3).
     """
 
@@ -49,7 +49,7 @@ class Bodies:
 
 
 class SubGoalLearner(Learner):
-    """prior: of the poses. scene: the pretrained encoder of point clouds."""
+    """The training of the sub-goal network. prior: pose prior. scene: the pretrained encoder of point clouds."""
 
     def __init__(
         self, data: LongTermData, prior: PosePrior, scene: PointEncoder | None, batch: int = 16
@@ -101,7 +101,7 @@ def kinds(data: LongTermData) -> list[torch.Tensor]:
 
 
 def draw(data: LongTermData, prior: PosePrior, rows: torch.Tensor, mirror: bool) -> Bodies:
-    """Return the bodies of frames (B,), asked for at a place a little beside their own."""
+    """Return the bodies of frames (B,), with given places perturbed by noise."""
     count, device = len(rows), data.device
     noise = lambda sigma, size=(): sigma * torch.randn(count, *size, device=device)
     root, quats, yaw, gait = (
@@ -139,8 +139,8 @@ def scene_terms(
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Return the contact and the collision term of skins (B, V, 3) against points and normals (B, P, 3).
 
-    Contact: the Geman-McClure error of the skin that touches something in the true body. Collision: mean depth behind
-    the nearest points, metres; what the true skin is deep itself, as in cushions, is free.
+    Contact: the Geman-McClure error of skin in contact on the true body. Collision: mean depth behind the nearest
+    points, metres, in excess of the true skin's own depth, as in cushions.
     """
     depth, near = signed(made, cloud, normals)
     with torch.no_grad():
@@ -155,7 +155,7 @@ def scene_terms(
 def signed(
     skin: torch.Tensor, cloud: torch.Tensor, normals: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the distance (B, V) along the normal of the nearest point, negative behind it, and that to the point."""
+    """Return the distance (B, V), metres, along the nearest point's normal, negative behind it, and to the point."""
     with torch.no_grad():
         nearest = torch.cdist(skin, cloud).argmin(-1)[..., None].expand(-1, -1, 3)
     point, normal = torch.gather(cloud, 1, nearest), torch.gather(normals, 1, nearest)

@@ -1,4 +1,4 @@
-"""What the trainings of routes and poses share: the length of the next batch, ends, planned gait."""
+"""Common parts of the training of routes and poses: length of a batch, ends, planned gait."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from ..data import LongTermData, Windows
 
 POINTS = 512
 RADIUS = 2.0
-PRIOR_SHARE = 0.3  # of the batches whose noise is drawn as in use, not from the posterior
+PRIOR_SHARE = 0.3  # share of the windows whose noise is drawn from the prior instead of the posterior
 
 
 def draw_length(data: LongTermData) -> int:
-    """Return a length of windows, each with the same chance."""
+    """Return a length of windows, drawn uniformly."""
     lengths = sorted(data.rows)
     return lengths[int(torch.randint(len(lengths), ()))]
 
 
 def route_ends(windows: Windows) -> RouteEnds:
-    """Return what is known of the windows before their route."""
+    """Return the conditions of the windows' routes."""
     return RouteEnds(
         windows.route[:, 0], windows.route[:, -1], windows.path, windows.betas, windows.gait[:, 0],
         windows.gait[:, -1],
@@ -40,7 +40,7 @@ def pose_ends(windows: Windows) -> PoseEnds:
 
 
 def planned_gait(windows: Windows, route: torch.Tensor) -> torch.Tensor:
-    """Return the gait (B, T, 2) along a route as it is planned in use, with the true number of strides."""
+    """Return the gait (B, T, 2) along a route as planned at inference, with the true number of strides."""
     first, last = (torch.atan2(windows.gait[:, k, 1], windows.gait[:, k, 0]) for k in (0, -1))
     turn = torch.remainder(last - first, 2 * torch.pi)
     strides = torch.round((windows.total - turn) / (2 * torch.pi)).clamp(min=0)

@@ -1,1 +1,1 @@
-"""The corpus on disk: one folder a room with memory-mapped arrays, lists of windows, and a manifest."""
+"""The corpus on disk: a folder of memory-mapped arrays for each room, lists of windows, and a manifest."""

@@ -2,9 +2,8 @@
 
 python -m samp_blender.training.rooms.corpus.export --output cache/rooms --to motion.npz --frames 600000
 
-Goals of sits and lies lie where the pelvis really rests; the voxel grid of each is drawn around its goal, from the
-piece in use. Bodies are carried
-back to the default human, whose proportions MotionNet learns.
+Goals of sits and lies are at the resting pelvis; the voxel grid of each is centred on its goal and shows the piece in
+use. Motions are retargeted to the default human, whose proportions MotionNet learns.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ from ..episodes.bank import LABELS
 from ..layout.room import Room
 from . import store
 
-APPROACH, LEAVE = 150, 90  # frames before sitting down and after standing up that belong to a sit, at most
-SHORTEST = 96  # frames of a sequence: what a rollout and its start need
+APPROACH, LEAVE = 150, 90  # largest number of frames before sitting down and after standing up in a sit
+SHORTEST = 96  # frames of the shortest sequence, enough for a rollout and its start
 NAMES = np.array(LABELS)
 GOING, RESTING = ("sit_down", "lie_down"), ("sit", "lie")
 ACTIONS = {"sit": 3, "lie": 4}
@@ -43,7 +42,7 @@ class Grids:
     occupancy: list[np.ndarray] = field(default_factory=list)
 
     def add(self, room: Room, item: int, place: tuple[float, float, float]) -> int:
-        """Add the grid of item ``item`` of a room around a goal at a place (x, z, yaw); return its number."""
+        """Add the grid of a room's item around a goal at (x, z, yaw), metres and radians; return its number."""
         x, z, yaw = place
         away = room.triangles[room.objects == item] - [x, 0.0, z]
         grid = InteractionGrid.around(away @ frames.yawed_axes(yaw), np.zeros(3), yaw=0.0)
@@ -52,7 +51,7 @@ class Grids:
         return len(self.centres) - 1
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """centres (P, 512, 3) and occupancy (P, 512)."""
+        """Return centres (P, 512, 3), metres, and occupancy (P, 512)."""
         return {
             "centres": np.array(self.centres, np.float32).reshape(-1, 512, 3),
             "occupancy": np.array(self.occupancy, np.float32).reshape(-1, 512),
@@ -61,7 +60,7 @@ class Grids:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Frames first .. stop - 1 of an episode; rest: first and last resting frame, or None for a walk. item: in use."""
+    """Frames first .. stop - 1 of an episode. rest: first and last resting frame, None for a walk. item: in use."""
 
     first: int
     stop: int
@@ -82,7 +81,7 @@ def stretches(labels: np.ndarray, items: np.ndarray) -> list[Stretch]:
         end = min(stop + LEAVE, stop + (following - stop) // 2 if k + 1 < len(runs) else following)
         if start - free >= SHORTEST:
             found.append(Stretch(free, start))
-        # What begins or ends at rest has no way down, which is what is learnt.
+        # Runs that begin at rest lack the descent, which is what training needs.
         if len(rests) and labels[first] in GOING and end - start >= SHORTEST:
             found.append(Stretch(start, end, (int(rests[0]), int(rests[-1])), int(items[first])))
         free = end
@@ -142,7 +141,7 @@ def _sequence(
 
 
 def export(corpus: store.Corpus, split: str, frames: int, seed: int) -> tuple[list[Sequence], Grids]:
-    """Return sequences of random episodes of a split, of about so many frames, and the grids of their furniture."""
+    """Return sequences of random episodes of a split, at least ``frames`` frames, and the grids of their furniture."""
     rng = np.random.default_rng(seed)
     every = [
         (r["number"], e)
@@ -161,10 +160,10 @@ def export(corpus: store.Corpus, split: str, frames: int, seed: int) -> tuple[li
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """The command; returns its exit status."""
+    """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="export", description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="the corpus")
-    parser.add_argument("--to", type=Path, required=True, help="the training set, .npz")
+    parser.add_argument("--output", type=Path, default=Path("cache/rooms"), help="folder of the corpus")
+    parser.add_argument("--to", type=Path, required=True, help="training set to write, .npz")
     parser.add_argument("--split", choices=store.SPLITS, default="train")
     parser.add_argument("--frames", type=int, default=600_000)
     parser.add_argument("--seed", type=int, default=0)

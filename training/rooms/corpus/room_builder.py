@@ -1,4 +1,4 @@
-"""The stages of one room: layout, point cloud, motion, pictures."""
+"""Build the stages of one room: layout, point cloud, motion, pictures."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from ..layout import kinds, room, stock
 from ..uses.use import Uses
 from . import store, views
 
-POINTS = 20_000  # of a room's cloud
-TRIES = 6  # layouts tried for one room
-ALIKE = (5, 10)  # degrees
-FEWEST_ENTRIES = 6  # accessible uses of a layout that is accepted at once
+POINTS = 20_000  # points of a room's cloud
+TRIES = 6  # layouts to try for one room
+ALIKE = (5, 10)  # degrees within which a frame counts as captured
+FEWEST_ENTRIES = 6  # accessible uses with which a layout is accepted at once
 
 
 @dataclass
@@ -60,7 +60,7 @@ class RoomBuilder:
         best, most = None, -1
         for attempt in range(TRIES):
             made = room.furnish(kind, self.stocks[split], np.random.default_rng([self.seed, number, attempt]))
-            # As precise as the file, so that a continued run finds the same scene.
+            # Rounded to the file's precision, so that a continued run reproduces the scene.
             made = replace(made, triangles=made.triangles.astype(np.float32).astype(np.float64))
             scene = Scene(made, self.stocks[split].named(), self.uses)
             places = sum(placed.use.down >= 0 for placed in scene.placed_uses)
@@ -130,14 +130,14 @@ def motion_arrays(made: list[generation.Episode]) -> dict[str, np.ndarray]:
 
 
 def cloud(made: room.Room, seed: int) -> dict[str, np.ndarray]:
-    """Points (POINTS, 3) float32 on the surfaces that can be seen from inside, their normals int8 and classes."""
+    """Return points (POINTS, 3), metres, on surfaces visible from inside, with normals (int8) and classes."""
     width, depth, height = made.size
     half = np.array([width / 2, depth / 2])
     points, face = geometry.sample_surface(made.triangles, 3 * POINTS, seed=seed)
     triangles = made.triangles[face]
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-    # Outer sides of the shell cannot be seen from inside; doors and windows are recessed.
+    # Outer sides of the shell are invisible from inside; doors and windows are recessed.
     inside = (
         (np.abs(points[:, [0, 2]]) < half + 0.1).all(-1)
         & (points[:, 1] > -0.02)

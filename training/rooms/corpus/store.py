@@ -1,4 +1,4 @@
-"""Where everything lies: folders of rooms, arrays that can be memory-mapped, the manifest. No half-written files."""
+"""Storage of the corpus: folders of rooms, memory-mapped arrays, the manifest. All files are written atomically."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ..episodes import bodies
 from ..layout.room import Room
 
 VERSION = 1
-QUATERNION = 32767  # of rotations stored as int16
+QUATERNION = 32767  # unit of rotations stored as int16
 SPLITS = ("train", "test")
-DEPTH_UNIT = 0.001  # metres of depth stored as uint16
-NORMAL_UNIT = 127  # of normals stored as int8
+DEPTH_UNIT = 0.001  # metres per unit of depth stored as uint16
+NORMAL_UNIT = 127  # unit of normals stored as int8
 
 
 def write_stage(folder: Path, stage: str, arrays: dict[str, np.ndarray], notes: dict | None = None) -> None:
-    """Writes arrays as NAME.npy into folder/stage, and notes.json; a stage is there as a whole or not at all."""
+    """Write arrays as NAME.npy and notes.json into folder/stage, atomically for the whole stage."""
     part = folder / f".{stage}.{os.getpid()}"
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
@@ -37,54 +37,54 @@ def write_stage(folder: Path, stage: str, arrays: dict[str, np.ndarray], notes: 
 
 
 def write_json(path: Path, value: object) -> None:
-    """A JSON file that is whole or not there."""
+    """Write a JSON file atomically."""
     part = path.with_suffix(f".{os.getpid()}")
     part.write_text(json.dumps(value, indent=1))
     part.replace(path)
 
 
 def has_stage(folder: Path, stage: str) -> bool:
-    """Whether a stage was finished."""
+    """Return whether a stage is finished."""
     return (folder / stage / "notes.json").exists()
 
 
 def notes(folder: Path, stage: str) -> dict:
-    """Return the notes that were written with a stage."""
+    """Return the notes of a stage."""
     return json.loads((folder / stage / "notes.json").read_text())
 
 
 def room_folder(cache: Path, number: int) -> Path:
-    """The folder of a room."""
+    """Return the folder of a room."""
     return Path(cache) / "rooms" / f"{number:04d}"
 
 
 class RoomData:
-    """One room of a corpus; arrays are memory-mapped, see docs/training.md for what they hold."""
+    """One room of a corpus; arrays are memory-mapped, see docs/training.md for their contents."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     @cached_property
     def room(self) -> Room:
-        """Its layout."""
+        """The room's layout."""
         return Room.load(self.folder / "layout" / "room.npz")
 
     @lru_cache(maxsize=64)  # noqa: B019
     def array(self, stage: str, name: str) -> np.ndarray:
-        """An array of a stage: motion, cloud or pictures."""
+        """Return an array of a stage: motion, cloud or pictures."""
         return np.load(self.folder / stage / f"{name}.npy", mmap_mode="r")
 
     @property
     def bounds(self) -> np.ndarray:
-        """First frames of the episodes and the end of the last (E + 1,)."""
+        """First frames of the episodes and the end of the last one (E + 1,)."""
         return self.array("motion", "bounds")
 
     def build(self, episode: int) -> bodies.Build:
-        """The body of an episode."""
+        """Return the build of an episode's body."""
         return bodies.of(np.array(self.array("motion", "shapes")[episode], np.float64))
 
     def motion(self, episode: int, start: int = 0, count: int | None = None) -> Motion:
-        """Frames of an episode from ``start`` on as a Motion on its own body."""
+        """Return ``count`` frames of an episode from ``start`` on, as a Motion on its own body."""
         first, last = (int(v) for v in self.bounds[episode : episode + 2])
         part = slice(first + start, last if count is None else min(first + start + count, last))
         quats = rotation.normalise(self.array("motion", "rotations")[part].astype(np.float64) / QUATERNION)
@@ -95,7 +95,7 @@ class RoomData:
         )  # fmt: skip
 
     def body(self, episode: int) -> human.Human:
-        """The skin of an episode's body."""
+        """Return the body of an episode with its skin."""
         return self.build(episode).body
 
 
@@ -108,13 +108,13 @@ class Corpus:
 
     @lru_cache(maxsize=512)  # noqa: B019
     def room(self, number: int) -> RoomData:
-        """One room."""
+        """Return one room, cached."""
         return RoomData(room_folder(self.cache, number))
 
     def windows(self, kind: str, split: str) -> np.ndarray:
-        """Rows of a list, see windows.py; kind: "windows", "bodies" or "pictures"."""
+        """Return the rows of a list, see windows.py; kind: "windows", "bodies" or "pictures"."""
         return np.load(self.cache / f"{kind}_{split}.npy", mmap_mode="r")
 
     def rooms(self, split: str) -> list[int]:
-        """Numbers of the rooms of a split."""
+        """Return the numbers of the rooms of a split."""
         return [room["number"] for room in self.manifest["rooms"] if room["split"] == split]

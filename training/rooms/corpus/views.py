@@ -1,4 +1,4 @@
-"""The pictures of a room: starts of 65-frame windows, each seen by a camera of its own."""
+"""The pictures of a room: starts of 65-frame windows, each from its own camera."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ..classes import PERSON
 from ..pictures import camera, paints, shading, tracer
 from . import store
 
-WINDOW = 65  # frames: the one in the picture and the 64 after it
-LEAST_SEEN = 0.35  # share of a person that nothing hides
-TRIES = 8  # cameras tried for one start
-COARSE, CLOSE = (32, 18), (1.0, 0.15)  # rays; metres, and the share of a picture that may be closer
-MARGIN = 0.2  # metres that a camera keeps from things
+WINDOW = 65  # frames: the pictured one and the 64 after it
+LEAST_SEEN = 0.35  # least visible share of a person
+TRIES = 8  # cameras to try for one start
+COARSE, CLOSE = (32, 18), (1.0, 0.15)  # rays; distance (m), and the share of a picture that may be closer
+MARGIN = 0.2  # least distance (m) of a camera from objects
 
 
 @functools.cache
 def faces() -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (F, 3) of the default human and their paints (F,)."""
+    """Return the triangles (F, 3) of the default human and their paints (F,)."""
     body = human.load()
     triangles = np.concatenate([body.faces[:, :3], body.faces[:, [0, 2, 3]]])
     material = np.concatenate([body.materials, body.materials])
@@ -31,7 +31,7 @@ def faces() -> tuple[np.ndarray, np.ndarray]:
 
 
 def pictures(data: store.RoomData, count: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Arrays of ``count`` pictures of the room, fewer where no camera sees anybody.
+    """Return the arrays of ``count`` pictures of the room, or fewer where no camera sees a person.
 
     colour (P, 144, 256, 3) uint8. depth (P, 144, 256) uint16, millimetres along the camera's axis. normal (P, 144, 256,
     3) int8. classes (P, 144, 256) uint8. intrinsics (P, 3, 3), extrinsics (P, 4, 4) float32. episode, frame (P,).
@@ -66,7 +66,7 @@ def pictures(data: store.RoomData, count: int, rng: np.random.Generator) -> dict
 
 
 def _starts(data: store.RoomData, count: int, rng: np.random.Generator) -> list[tuple[int, int]]:
-    """Random episodes and frames after which a whole window follows."""
+    """Return random episodes and frames that are followed by a whole window."""
     bounds = np.array(data.bounds)
     lengths = np.diff(bounds) - WINDOW
     fits = np.flatnonzero(lengths > 0)
@@ -77,14 +77,14 @@ def _starts(data: store.RoomData, count: int, rng: np.random.Generator) -> list[
 
 
 def _body(data: store.RoomData, episode: int, motion: Motion) -> tuple[tracer.Body, np.ndarray]:
-    """The body to be seen, and some of its skin (N, 3)."""
+    """Return the body to render, and a sample of its skin (N, 3), metres."""
     skin = human.skin(data.body(episode), motion)[0]
     triangles, paint = faces()
     return tracer.Body(skin, triangles, paint), skin[::40]
 
 
 def free_places(data: store.RoomData, rng: np.random.Generator) -> np.ndarray:
-    """Places (M, 2) over which a camera can be: nothing between knee and head stands there."""
+    """Return positions (M, 2), metres, for cameras: without objects between knee and head height."""
     room = data.room
     points = np.array(data.array("cloud", "points"))
     width, depth, _ = room.size
@@ -103,7 +103,7 @@ def _camera(
     data: store.RoomData, seen: tracer.Tracer, skin: np.ndarray, body: tracer.Body, free: np.ndarray,
     rng: np.random.Generator,
 ) -> camera.Camera | None:  # fmt: skip
-    """A camera that sees enough of the person."""
+    """Return a camera with LEAST_SEEN of the person in view, or None."""
     for _ in range(TRIES):
         found = camera.draw(data.room, skin, free, rng)
         if found is None:
@@ -115,7 +115,7 @@ def _camera(
         eye = np.broadcast_to(found[0].position, way.shape)
         hit = seen.trace(eye, way, body)
         alone = body.scene.run(eye.astype(np.float32), way.astype(np.float32), output=True)
-        # Of the skin that faces the camera only.
+        # Only skin that faces the camera counts.
         facing = alone["primID"] >= 0
         visible = (hit.classes == PERSON)[facing]
         if facing.any() and visible.mean() > LEAST_SEEN and hit.distance.min() > 0.25:
@@ -124,7 +124,7 @@ def _camera(
 
 
 def _crowded(seen: tracer.Tracer, view: camera.Camera) -> bool:
-    """Whether something close fills much of a camera's picture."""
+    """Return whether close objects fill too much of a camera's picture."""
     ways = view.rays(COARSE).reshape(-1, 3)
     hit = seen.trace(np.broadcast_to(view.position, ways.shape), ways)
     return float((hit.distance < CLOSE[0]).mean()) > CLOSE[1]

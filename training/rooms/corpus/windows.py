@@ -10,18 +10,18 @@ from . import store
 
 SECONDS, FPS = 2, 30
 LENGTH = SECONDS * FPS + 1  # frames of a window: k = 61 of the long-term paper
-APART = 0.5  # metres between the ends of a window
+APART = 0.5  # least distance (m) between the ends of a window
 EVERY = 10  # frames between two bodies, 0.33 s
-WANTED = {"train": 10_000, "test": 3_000}
+WANTED = {"train": 10_000, "test": 3_000}  # windows of each split
 BODIES = 5_000
 
 
 def write(cache: Path, rooms: list[dict], seed: int) -> dict[str, int]:
-    """Writes all lists; returns how long they are.
+    """Write all lists; return their lengths.
 
-    windows_SPLIT.npy: (N, 3) room, episode, first frame of LENGTH frames whose ends are APART. bodies_SPLIT.npy: (N,
-    3) room, episode, frame. pictures_SPLIT.npy: (N, 4) room, number of the picture in it, episode, frame at which its
-    window of 65 frames begins.
+    windows_SPLIT.npy: (N, 3) room, episode, first frame of LENGTH frames whose ends are at least APART from each other.
+    bodies_SPLIT.npy: (N, 3) room, episode, frame. pictures_SPLIT.npy: (N, 4) room, number of the picture in it,
+    episode, first frame of its window of 65 frames.
     """
     counts = {}
     for split in store.SPLITS:
@@ -42,7 +42,7 @@ def write(cache: Path, rooms: list[dict], seed: int) -> dict[str, int]:
 def _thinned(
     rows: list[np.ndarray], numbers: list[int], most: int | None, rng: np.random.Generator
 ) -> np.ndarray:
-    """Rows with the room's number in front; at most ``most``, each room with as many as another if it has them."""
+    """Return rows preceded by the room's number; at most ``most``, spread evenly over the rooms."""
     width = 1 + (rows[0].shape[1] if rows else 2)
     if most is not None and rows:
         share = -(-most // len(rows))
@@ -54,7 +54,7 @@ def _thinned(
 
 
 def _windows(data: store.RoomData) -> np.ndarray:
-    """All windows (N, 2) of episode and first frame, half a second apart, whose ends are far enough apart."""
+    """Return all windows (N, 2), episode and first frame, every half second, whose ends are at least APART."""
     root, bounds = np.array(data.array("motion", "root"))[:, [0, 2]], np.array(data.bounds)
     out = []
     for episode, (a, b) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
@@ -80,8 +80,10 @@ def _pictures(data: store.RoomData) -> np.ndarray:
 def crop(
     points: np.ndarray, centre: np.ndarray, yaw: float, radius: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of a cloud (P, 3) within a radius (metres, seen from above) of a place (3,), and these points in the frame
-    of a body that stands there and faces yaw: heights stay."""
+    """Return the rows of a cloud (P, 3) within a horizontal radius of a centre (3,), metres, and those points.
+
+    The points are in the frame of a body at the centre that faces yaw, radians; heights are unchanged.
+    """
     rows = np.flatnonzero(np.hypot(*(points[:, [0, 2]] - centre[[0, 2]]).T) < radius)
     away = points[rows] - centre * np.array([1.0, 0.0, 1.0])
     c, s = np.cos(yaw), np.sin(yaw)

@@ -1,4 +1,4 @@
-"""All captured motion as one array of frames, with the features by which walking is matched to a path."""
+"""All captured motion as one array of frames, with the features of motion matching."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ...mocap.events import headings
 from ...mocap.posture import neutralised
 
 SETS = ("smplx30", "rocketbox30", "o3de30", "accad30")
-SMOOTH = 8.0  # frames, standard deviation: the sway of single steps is not part of a path
-AHEAD = (10, 20, 30)  # frames at which the coming route is compared
+SMOOTH = 8.0  # frames, sigma that removes the sway of single steps from a path
+AHEAD = (10, 20, 30)  # future frames at which routes are compared
 UPRIGHT = np.radians(
     16.5
-)  # mean turn of the knee joints in standing that is played; flexion is about 4 degrees less
-LEAD, TAIL = 3, 32  # frames of the same clip that a match needs before and after it
+)  # largest mean rotation of the knee joints in a standing that is played; flexion is about 4 degrees less
+LEAD, TAIL = 3, 32  # frames of the same clip required before and after a match
 LABELS = ("other", "idle", "shift", "walk", "run", "sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")
 LOCOMOTION = ("idle", "shift", "walk")
-# Acted walks and stands that do not belong into a room at peace; crouches, jumps and props.
+# Acted walks and stands that are unusual in rooms; crouches, jumps and props.
 ACTED = (
     "drunk", "injured", "bruised", "cool", "Crouch", "crouch", "Jump", "OutofRange", "trolley", "umbrella", "knock",
     "_door", "cheer", "angry", "hold_bag", "Kick", "Lie", "lie", "box", "Box", "clap", "take_picture", "work_",
@@ -38,12 +38,12 @@ BLOCKS = (
     ("route", 6, 1.3),
     ("facing", 6, 1.6),
 )
-POSE = 15  # of the columns tell the pose, the rest the route ahead
+POSE = 15  # number of columns that describe the pose; the others describe the route ahead
 
 
 @dataclass(frozen=True)
 class Bank:
-    """Frames (N) of all clips in a row.
+    """The N frames of all clips, concatenated.
 
     root: (N, 3). rotations: (N, 22, 4). flat: (N, 3) x, z and yaw of the root without the sway of steps. yaw is
     unwrapped in each clip. labels: (N,) indices into LABELS. feet: (N, 2) contacts of right and left foot. clip:
@@ -69,21 +69,23 @@ class Bank:
 
     @cached_property
     def upright(self) -> np.ndarray:
-        """Flags (N,) of frames with straight knees: their mean turn over a second is at most UPRIGHT."""
+        """Flags (N,) of frames with straight knees: mean rotation over a second of at most UPRIGHT."""
         knees = self.rotations[:, [skeleton.INDEX["left_knee"], skeleton.INDEX["right_knee"]], 0]
         flexion = 2 * np.arccos(np.clip(np.abs(knees), 0, 1)).mean(1)
         return uniform_filter1d(flexion, FPS) < UPRIGHT
 
     def trajectory(self, places: np.ndarray, facing: np.ndarray) -> np.ndarray:
-        """Scaled features (K, 12) of a wanted route: places (K, 3, 2) left and ahead of the root, facing (K, 3)
-        radians."""
+        """Return scaled features (K, 12) of a wanted route.
+
+        places: (K, 3, 2) metres to the left of and ahead of the root. facing: (K, 3) radians.
+        """
         direction = np.stack([np.sin(facing), np.cos(facing)], -1)
         raw = np.concatenate([places.reshape(-1, 6), direction.reshape(-1, 6)], -1)
         return (raw - self.middle[POSE:]) * self.scale[POSE:]
 
 
 def load(folder: Path, sets: tuple[str, ...] = SETS) -> tuple[Bank, list[Clip]]:
-    """The bank of the clips in some sub-folders of ``folder`` and their mirror images, and those clips."""
+    """Return the bank of the clips in sub-folders of ``folder`` and their mirror images, and those clips."""
     clips: list[Clip] = []
     for name in sets:
         clips += neutralised(clip_files.load_clips(Path(folder) / name))
@@ -92,7 +94,7 @@ def load(folder: Path, sets: tuple[str, ...] = SETS) -> tuple[Bank, list[Clip]]:
 
 
 def build(clips: list[Clip]) -> Bank:
-    """The bank of clips as they are."""
+    """Return the bank of clips."""
     parts = [_features(clip) for clip in clips]
     cat = lambda k: np.concatenate([part[k] for part in parts])
     flat, raw, usable = cat(0), cat(1), cat(2)
@@ -100,7 +102,7 @@ def build(clips: list[Clip]) -> Bank:
     rows = np.flatnonzero(usable)[::2]
     chosen = raw[rows].astype(np.float64)
     middle = chosen.mean(0)
-    # One scale for each block, so that directions within it keep their meaning.
+    # One scale for each block, which preserves directions within it.
     scale, at = np.empty(chosen.shape[1]), 0
     for _, size, weight in BLOCKS:
         spread = chosen[:, at : at + size].std(0).mean()
@@ -126,8 +128,8 @@ def build(clips: list[Clip]) -> Bank:
 
 
 def _features(clip: Clip) -> tuple[np.ndarray, ...]:
-    """Flat root (T, 3), raw features (T, 27), which frames can be matched (T,), usable frames after each (T,), and
-    those of standing (T,)."""
+    """Return flat root (T, 3), raw features (T, 27), flags of matchable frames (T,), numbers of usable frames after
+    each (T,), and those of standing (T,)."""
     flat = flat_root(clip.root, clip.rotations)
     count = len(clip)
     raw = np.zeros((count, sum(size for _, size, _ in BLOCKS)))
@@ -144,7 +146,7 @@ def _features(clip: Clip) -> tuple[np.ndarray, ...]:
     fit = np.isin(clip.labels, LOCOMOTION) & ~marked.bad
     if natural.styled(clip) or any(word in clip.name for word in ACTED):
         fit[:] = False
-    # The smoothing bends what is close to a clip's ends.
+    # Smoothing distorts the path near a clip's ends.
     ahead = np.maximum(_runs_on(fit) - 4, 0)
     still = np.minimum(_runs_on(np.isin(clip.labels, ("idle", "shift")) & ~_wanders(flat)), ahead)
     steady = minimum_filter1d(fit.astype(np.uint8), 2 * LEAD + 1, mode="constant").astype(bool)
@@ -154,20 +156,20 @@ def _features(clip: Clip) -> tuple[np.ndarray, ...]:
 
 
 def _runs_on(flags: np.ndarray) -> np.ndarray:
-    """For how many frames (T,) flags (T,) stay true from each frame on."""
+    """Return the number of frames (T,) for which flags (T,) stay true from each frame on."""
     ends = np.flatnonzero(~np.concatenate([flags, [False]]))
     at = np.arange(len(flags))
     return ends[np.searchsorted(ends, at)] - at
 
 
 def _wanders(flat: np.ndarray) -> np.ndarray:
-    """Return flags (T,) of frames in which the smoothed root moves faster than in shifting weight."""
+    """Flag frames (T,) in which the smoothed root moves faster than when shifting weight."""
     speed = np.linalg.norm(np.gradient(flat[:, :2], 1 / FPS, axis=0), axis=-1)
     return speed > 0.22
 
 
 def flat_root(root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """x, z (metres) and yaw (radians, unwrapped) of a body's route (T, 3), smoothed over the sway of its steps."""
+    """Return a body's route (T, 3), x, z (metres) and unwrapped yaw (radians), without the sway of its steps."""
     yaw = np.unwrap(headings(root, rotations.astype(np.float64)))
     return gaussian_filter1d(np.column_stack([root[:, [0, 2]], yaw]), SMOOTH, axis=0, mode="nearest")
 
@@ -176,7 +178,7 @@ _WATCHED = [skeleton.INDEX["left_foot"], skeleton.INDEX["right_foot"]]
 
 
 def _pose(root: np.ndarray, rotations: np.ndarray, flat: np.ndarray) -> np.ndarray:
-    """Raw pose features (T, 15)."""
+    """Return raw pose features (T, 15)."""
     rotations = rotations.astype(np.float64)
     joints, _ = skeleton.forward_kinematics(root, rotations, skeleton.default_rest_joints())
     yaw = flat[:, 2]
@@ -189,13 +191,13 @@ def _pose(root: np.ndarray, rotations: np.ndarray, flat: np.ndarray) -> np.ndarr
 
 
 def pose_of(bank: Bank, root: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Scaled pose features (T, 15) of a motion outside the bank: root (T, 3), rotations (T, 22, 4)."""
+    """Return scaled pose features (T, 15) of a motion outside the bank: root (T, 3), rotations (T, 22, 4)."""
     raw = _pose(root, rotations, flat_root(root, rotations))
     return (raw - bank.middle[:POSE]) * bank.scale[:POSE]
 
 
 def turned_flat(flat: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """A route (T, 3) of x, z, yaw moved so that its first frame is at ``start`` (3,)."""
+    """Return a route (T, 3) of x, z, yaw, moved so that its first frame is at ``start`` (3,)."""
     turn = wrap_angle(start[2] - flat[0, 2])
     c, s = np.cos(turn), np.sin(turn)
     away = flat[:, :2] - flat[0, :2]

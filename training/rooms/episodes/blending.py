@@ -1,4 +1,4 @@
-"""Captured pieces joined to one motion: what differs at a join dies away (inertial blending)."""
+"""Join captured pieces into one motion by inertial blending: the offset at a join decays."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ import numpy as np
 from ....samp_addon import rotation
 from .bank import Bank
 
-DECAY = 0.36  # 1/frame of the critically damped blend: half of an offset has decayed after 5 frames
-FADE = 32  # frames after which nothing is left of it
-LEAD = 2  # frames of a piece before its first one, which tell how it comes in
+DECAY = 0.36  # rate (1/frame) of the critically damped blend: an offset is halved after 5 frames
+FADE = 32  # frames after which the offset is zero
+LEAD = 2  # frames of a piece before its first one, which define its initial velocity
 
 
 @dataclass
 class Piece:
-    """A stretch of motion placed in the room. root: (LEAD + T, 3). rotations: (LEAD + T, 22, 4). labels (T,): indices
-    into bank.LABELS. feet: (T, 2) right and left. source: (T,) bank frames, -1 for what was made otherwise. hands:
-    (T, 2) contacts of right and left hand. object: (T,) number of the piece of furniture in use, -1 for none."""
+    """A piece of motion in the room.
+
+    root: (LEAD + T, 3) metres. rotations: (LEAD + T, 22, 4). labels: (T,) indices into bank.LABELS. feet: (T, 2)
+    contacts of right and left foot. source: (T,) bank frames, -1 where not captured. hands: (T, 2) contacts of right
+    and left hand. object: (T,) number of the piece of furniture in use, -1 for none.
+    """
 
     root: np.ndarray
     rotations: np.ndarray
@@ -32,17 +35,17 @@ class Piece:
         return len(self.labels)
 
     def part(self, start: int, stop: int) -> Piece:
-        """Frames start .. stop - 1 of a motion without lead."""
+        """Return frames start .. stop - 1 of a piece without lead."""
         return Piece(*(getattr(self, name)[start:stop] for name in self.__dataclass_fields__))
 
 
 def from_bank(bank: Bank, first: int, flat: np.ndarray) -> Piece:
-    """The bank's frames from ``first`` on, put onto a route: flat (T, 3) x, z, yaw."""
+    """Return the bank's frames from ``first`` on, placed on a route: flat (T, 3) x, z, yaw."""
     count = len(flat)
     frames = np.arange(first - LEAD, first + count)
     source = bank.flat[frames]
     turn = np.concatenate([np.repeat(flat[0, 2] - source[LEAD, 2], LEAD), flat[:, 2] - source[LEAD:, 2]])
-    # The frames of the lead come in as they were captured.
+    # The lead keeps its captured motion relative to the first frame.
     before = source[:LEAD, :2] - source[LEAD, :2]
     c, s = np.cos(turn[0]), np.sin(turn[0])
     before = np.column_stack([before[:, 0] * c + before[:, 1] * s, -before[:, 0] * s + before[:, 1] * c])
@@ -62,7 +65,7 @@ def from_bank(bank: Bank, first: int, flat: np.ndarray) -> Piece:
 
 
 def joined(pieces: list[Piece]) -> Piece:
-    """All pieces in a row as one, without lead; each comes in with the pose and the velocity of the one before it."""
+    """Return all pieces as one, without lead; each starts with the pose and the velocity of the previous one."""
     root, rotations = pieces[0].root[LEAD:], pieces[0].rotations[LEAD:]
     roots, turns = [root], [rotations]
     for piece in pieces[1:]:
@@ -79,7 +82,7 @@ def joined(pieces: list[Piece]) -> Piece:
 
 
 def _led_in(last_root: np.ndarray, last_turn: np.ndarray, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
-    """Root (T, 3) and rotations (T, 22, 4) of a piece that follows on two frames: (2, 3) and (2, 22, 4)."""
+    """Return root (T, 3) and rotations (T, 22, 4) of a piece that continues two frames: (2, 3) and (2, 22, 4)."""
     root, turns = piece.root[LEAD:].copy(), piece.rotations[LEAD:].copy()
     count = min(FADE, len(root))
     gap = last_root - piece.root[:LEAD]
@@ -94,6 +97,6 @@ def _led_in(last_root: np.ndarray, last_turn: np.ndarray, piece: Piece) -> tuple
 
 
 def _damped(offset: np.ndarray, speed: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """What is left (T, ...) of an offset and its speed per frame after some frames (T,)."""
+    """Return the remainder (T, ...) of an offset with a velocity per frame, after numbers of frames (T,)."""
     time = time.reshape(-1, *([1] * offset.ndim))
     return np.exp(-DECAY * time) * (offset + (speed + DECAY * offset) * time)

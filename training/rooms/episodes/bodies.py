@@ -1,4 +1,4 @@
-"""Bodies of different shapes: a motion carried to one, feet where they were, buttocks on the seat."""
+"""Retarget motions to bodies of different shapes, with feet in place and buttocks on the seat."""
 
 from __future__ import annotations
 
@@ -31,17 +31,20 @@ MOST = {
 }
 OPPOSITES = (("male", "female"), ("tall", "short"), ("heavy", "thin"))
 SITS, LIES = (tuple(LABELS.index(n) for n in names) for names in (("sit",), ("lie",)))
-EVEN, EARLY = 5.0, 31  # frames over which standing turns into sitting, and of a window that begins it early
-RESERVE = 0.007  # metres that all bodies sit higher than that: most fits are as deep as they may be
-FOLLOWS = 1.5  # frames, standard deviation, over which the pelvis follows its feet
-THICKEST = 99  # percentile of the skin that touches, whose distance to the default human counts
+EVEN, EARLY = 5.0, 31  # frames: sigma of the transition to sitting, and window by which it starts early
+RESERVE = 0.007  # metres by which all bodies are raised on a seat, since most fits use the whole tolerance
+FOLLOWS = 1.5  # frames, sigma with which the pelvis follows the feet
+THICKEST = 99  # percentile of the touching skin whose distance to the default human's is compensated
 _SEATED = (("left_hip", -85), ("right_hip", -85), ("left_knee", 85), ("right_knee", 85))
 
 
 @dataclass(frozen=True)
 class Build:
-    """shape: (8,) values in the order of SHAPES. body: the default human with them. seat, back: metres by which its
-    pelvis is higher on a seat than the default human's, and farther in front of what its back rests on."""
+    """A body shape.
+
+    shape: (8,) values in the order of SHAPES. body: the default human with them. seat, back: metres by which its pelvis
+    is higher on a seat than the default human's, and farther in front of the support of its back.
+    """
 
     shape: np.ndarray
     body: human.Human
@@ -50,7 +53,7 @@ class Build:
 
 
 def draw(rng: np.random.Generator, share: float = 1.0) -> Build:
-    """A random build: one of each pair of opposites, moderate. share: factor on all values."""
+    """Return a random moderate build with one of each pair of opposites. share: factor on all values."""
     values = dict.fromkeys(SHAPES, 0.0)
     for pair in OPPOSITES:
         name = pair[int(rng.integers(2))]
@@ -62,7 +65,7 @@ def draw(rng: np.random.Generator, share: float = 1.0) -> Build:
 
 
 def of(shape: np.ndarray) -> Build:
-    """The build of values (8,)."""
+    """Return the build of shape values (8,)."""
     body = human.load().shaped({name: float(v) for name, v in zip(SHAPES, shape, strict=True) if v})
     under, behind = _seated_skin(body)
     default_under, default_behind = _default_skin()
@@ -78,8 +81,8 @@ def _default_skin() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _seated_skin(body: human.Human) -> tuple[np.ndarray, np.ndarray]:
-    """Heights over the pelvis joint of the skin under buttocks and thighs, and how far ahead of it the skin of the back
-    is, of an upright seated pose, metres."""
+    """Return, for an upright seated pose, heights of the skin under buttocks and thighs over the pelvis joint, and
+    positions of the back's skin in front of it, metres."""
     rotations = np.zeros((1, skeleton.BODY_COUNT, 4))
     rotations[..., 0] = 1
     for name, degrees in _SEATED:
@@ -91,7 +94,7 @@ def _seated_skin(body: human.Human) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _resting(labels: np.ndarray, which: tuple[int, ...]) -> np.ndarray:
-    """Weights (T,) of the frames with some labels, which rise before and fall after them."""
+    """Return smooth weights (T,) of the frames with some labels, which rise before and fall after them."""
     flags = np.isin(labels, which).astype(float)
     return gaussian_filter1d(maximum_filter1d(flags, EARLY), EVEN, mode="nearest")
 
@@ -99,9 +102,9 @@ def _resting(labels: np.ndarray, which: tuple[int, ...]) -> np.ndarray:
 def on_default(
     root: np.ndarray, rotations: np.ndarray, labels: np.ndarray, build: Build
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return root (T, 3) and rotations (T, 22, 4) of a motion on a build, carried back to the default human.
+    """Return root (T, 3) and rotations (T, 22, 4) of a motion on a build, retargeted to the default human.
 
-    The reverse of `carried`; feet have to be locked again. labels: (T,) indices into bank.LABELS.
+    The inverse of `carried`; feet have to be locked again. labels: (T,) indices into bank.LABELS.
     """
     default, rest = skeleton.default_rest_joints(), build.body.joints
     joints, _ = skeleton.forward_kinematics(root, rotations, rest)
@@ -124,9 +127,9 @@ def on_default(
 
 
 def _carried_height(joints: np.ndarray, turned: np.ndarray, rest: np.ndarray, feet: np.ndarray) -> np.ndarray:
-    """Heights (T,) of the soles that carry the body over the floor, metres, smooth.
+    """Return smooth heights (T,), metres, over the floor of the soles that carry the body.
 
-    The pelvis follows them: 3 mm that the foot lock would correct are 5 degrees in a nearly straight knee. joints:
+    The pelvis follows them: a correction of 3 mm by the foot lock is 5 degrees in a nearly straight knee. joints:
     (T, J, 3). turned: (T, J, 4) global quaternions. feet: (T, 2) contacts of right and left foot.
     """
     lowest = np.stack(
@@ -146,7 +149,7 @@ def _carried_height(joints: np.ndarray, turned: np.ndarray, rest: np.ndarray, fe
 
 
 def carried(piece: Piece, build: Build) -> Piece:
-    """The motion on a body of this build: legs as long as they are, feet on the floor, pelvis on its seat."""
+    """Return the motion on a body of this build: strides by leg length, feet on the floor, pelvis on its seat."""
     default, rest = skeleton.default_rest_joints(), build.body.joints
     joints, _ = skeleton.forward_kinematics(piece.root, piece.rotations, default)
     sits, lies = _resting(piece.labels, SITS), _resting(piece.labels, LIES)
@@ -156,7 +159,7 @@ def carried(piece: Piece, build: Build) -> Piece:
     root[:, 1] += stands * (legs - 1) * root[:, 1] + sits * build.seat + lies * build.back
     yaw = headings(piece.root, piece.rotations)
     root += (sits * build.back)[:, None] * np.column_stack([np.sin(yaw), np.zeros(len(yaw)), np.cos(yaw)])
-    # Standing and walking keep their angles: strides are as long as the legs, and the foot lock pins the feet.
+    # Standing and walking keep their angles: strides scale with the legs, and the foot lock fixes the feet.
     own, turned = skeleton.forward_kinematics(root, piece.rotations, rest)
     over_floor = stands * _carried_height(own, turned, rest, piece.feet)
     root[:, 1] -= over_floor
@@ -166,7 +169,7 @@ def carried(piece: Piece, build: Build) -> Piece:
     for side in ("left", "right"):
         ankle = skeleton.INDEX[f"{side}_ankle"]
         over = (rest[ankle, 1] - build.body.floor) - (default[ankle, 1] - human.load().floor)
-        # Legs keep their angles but for what feet on the floor or on a rung need.
+        # Legs keep their angles, except as needed by feet on the floor or on a rung.
         target = own[:, ankle].copy()
         target[:, 1] += share[:, 0] * (joints[:, ankle, 1] + over - target[:, 1])
         rotations = solve_limb(root, rotations, rest, f"{side}_leg", target)

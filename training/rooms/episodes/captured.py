@@ -1,4 +1,4 @@
-"""How much of a motion is as captured: the turns of legs and trunk beside those of the captured frame."""
+"""Measure how much of a motion is as captured, by the rotations of legs and trunk."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ ALIKE = 10  # degrees
 
 
 def deviation(bank: Bank, rotations: np.ndarray, source: np.ndarray) -> np.ndarray:
-    """Return how far legs and trunk (T,) uint8 are from the captured frame, degrees, UNKNOWN where there is none.
+    """Return the deviation (T,), uint8 degrees, of legs and trunk from the captured frame, UNKNOWN without one.
 
-    rotations: (T, 22, 4). source: (T,) bank frames or -1. The most different joint counts.
+    rotations: (T, 22, 4). source: (T,) bank frames or -1. The joint with the largest deviation counts.
     """
     captured = bank.rotations[np.maximum(source, 0)]
     dots = np.abs((rotations[:, LEGS_TRUNK] * captured[:, LEGS_TRUNK]).sum(-1))

@@ -1,4 +1,4 @@
-"""Composition of one episode: walking along navmesh routes, standing, sitting, shifting, rising and lying.
+"""Compose one episode: walking along navmesh routes, standing, sitting, shifting, rising and lying.
 
 An episode is a generator that requests walks, so that the walks of many episodes are generated in one batch.
 """
@@ -23,25 +23,25 @@ from .scene import PlacedUse, Scene
 SECONDS = (15.0, 38.0)
 LONGEST = 40.0
 PACES = (0.65, 1.25)  # m/s
-HOLDS = (2.5, 7.5)  # seconds of one stretch of sitting or lying
+HOLDS = (2.5, 7.5)  # seconds of sitting
 STANDS = (1.5, 7.0)
-USING = 0.56  # probability that the next thing is a use of furniture
-STAYING = 0.06  # probability of keeping a use from which nothing captured rises
+USING = 0.56  # probability that a use of furniture is next
+STAYING = 0.06  # probability of keeping a use without a captured rise
 MOST_DEEP = (
-    2  # episodes rejected because a body was too deep in a piece; after these, the piece is no longer used
+    2  # number of episodes rejected for penetration of a piece after which the piece is no longer used
 )
 SHORTEST_WALK = 11  # frames
-MEET = 75  # last frames of a walk that are searched for the transition to a use
-MEET_PLACE, MEET_TURN = 0.16, 0.3  # metres and radians that weigh as much as one unit of pose distance
+MEET = 75  # last frames of a walk in which the transition to a use is searched
+MEET_PLACE, MEET_TURN = 0.16, 0.3  # metres and radians with the cost of one unit of pose distance
 FARTHEST, WIDEST = 0.45, np.radians(55)
 KEY_WEIGHTS = np.array([2.0, 2, 2, 1, 1, 0.5, 0.3, 0.3])
-LYING = (4.0, 14.0)  # the same, of lying
-SETTLING = 6  # frames at the beginning of a hold that are not played again
-LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; weighted metres for a second of a hold more or less than wanted
-FARTHEST_REST = 1.2  # weighted metres between poses at a join while at rest
+LYING = (4.0, 14.0)  # seconds of lying
+SETTLING = 6  # frames at the beginning of a hold that are not repeated
+LEAST_HOLD, PER_SECOND = 24, 0.1  # frames; cost (weighted metres) of a second between actual and wanted hold
+FARTHEST_REST = 1.2  # largest distance (weighted metres) of poses at a join while at rest
 RAMP = 50  # frames over which the end of a walk is warped onto the start of a use
 IDLE = LABELS.index("idle")
-PIECE_WEIGHT, USE_WEIGHT = 0.35, 0.08  # of a piece, and a use on it, no frame of which is as captured
+PIECE_WEIGHT, USE_WEIGHT = 0.35, 0.08  # weights of a piece, and of a use, without frames as captured
 
 
 class EpisodeFailed(Exception):  # noqa: N818
@@ -62,17 +62,17 @@ EpisodeSteps = Generator[Request, Walk, list[Piece]]
 
 
 class EpisodeComposer:
-    """Composes one episode in a scene."""
+    """Compose one episode in a scene."""
 
     def __init__(self, bank: Bank, scene: Scene, rng: np.random.Generator) -> None:
         self.bank, self.scene, self.rng = bank, scene, rng
         self.idles = np.flatnonzero((bank.labels == IDLE) & (bank.still > 60) & bank.upright)
         enter = [p for p in scene.placed_uses if p.use.down >= 0 and scene.too_deep[p.item] < MOST_DEEP]
-        # Uses from which nothing rises would end most episodes early.
+        # Uses without a rise would end most episodes early.
         self.enter = [placed for placed in enter if self._rises(placed) or rng.random() < STAYING]
         self.pace = rng.uniform(*PACES)
         self.pieces: list[Piece] = []
-        self.flat = np.zeros(3)  # x, z, yaw of the root at the present end
+        self.flat = np.zeros(3)  # x, z, yaw of the root at the current end
         self.pose = np.zeros(POSE)
         self.speed = 0.0
 
@@ -115,7 +115,7 @@ class EpisodeComposer:
         self.speed = float(np.linalg.norm(flat[-1, :2] - flat[-4, :2]) * FPS / 3)
 
     def _stand(self, seconds: float) -> None:
-        """Append a captured idle or gesture whose pose is close to the present one."""
+        """Append a captured idle or gesture whose pose is close to the current one."""
         count = int(seconds * FPS)
         fits = self.idles[self.bank.still[self.idles] > min(count, 150)]
         fits = self.rng.choice(fits, min(len(fits), 1500), replace=False)
@@ -126,7 +126,7 @@ class EpisodeComposer:
 
     def _walk_to(self, place: np.ndarray, yaw: float) -> Generator[Request, Walk, None]:
         walk = yield from self._walk(place, yaw)
-        # A walk that does not arrive ends where it came closest.
+        # A walk that does not arrive is cut at its closest frame.
         closest = int(np.linalg.norm(walk.flat[:, :2] - place, axis=-1).argmin())
         self._add_walk(walk, walk.flat if walk.arrived else walk.flat[: max(closest, SHORTEST_WALK) + 1])
 
@@ -195,8 +195,8 @@ class EpisodeComposer:
     def _rest_join(self, placed: PlacedUse, hold: int, ups: list[PlacedUse]) -> tuple[int, PlacedUse, int]:
         """Return the frame in which a hold ends, the rise that follows and its first frame.
 
-        The pair of frames with the closest poses is taken, since feet slide where they differ; ends far from the wanted
-        length of the hold cost more.
+        The pair with the closest poses is chosen, since differences make feet slide; deviations from the wanted length
+        of the hold add a cost.
         """
         early = np.abs(rest_ends(placed) - (placed.use.seated + hold)) / FPS * PER_SECOND
         best = (np.inf, 0, ups[0], LEAD)
@@ -209,7 +209,7 @@ class EpisodeComposer:
         return best[1:]
 
     def _rise(self, placed: PlacedUse, start: bool = False) -> None:
-        """Append a rise with some seconds of its hold; ``start``: the episode begins with it."""
+        """Append a rise with some seconds of its hold; start: whether the episode begins with it."""
         use = placed.use
         held = use.seat_end - use.seated
         before = min(
@@ -239,13 +239,16 @@ class EpisodeComposer:
 
 
 def rest_ends(placed: PlacedUse) -> np.ndarray:
-    """Frames (E,) of a hold after which a rise may follow."""
+    """Return the frames (E,) of a hold after which a rise may follow."""
     use = placed.use
     return np.arange(min(use.seated + LEAST_HOLD, use.seat_end), use.seat_end + 1, 3)
 
 
 def rest_gap(scene: Scene, placed: PlacedUse, up: PlacedUse) -> np.ndarray:
-    """Weighted distances (E, S) in metres from the poses of rest_ends to every third pose of a rise's hold; cached."""
+    """Return weighted distances (E, S), metres, from the poses of rest_ends to those of a rise's hold; cached.
+
+    Every third pose of the rise's hold is compared.
+    """
     key = id(placed), id(up)
     if key not in scene.gaps:
         starts = np.arange(LEAD, up.use.seat_end - 2, 3)
@@ -255,7 +258,7 @@ def rest_gap(scene: Scene, placed: PlacedUse, up: PlacedUse) -> np.ndarray:
 
 
 def there_and_back(use: Use, end: int, hold: int) -> np.ndarray:
-    """Frames after ``end`` that play a short hold backwards and forwards until it is as long as wanted."""
+    """Return frames after ``end`` that repeat a short hold backwards and forwards up to the wanted length."""
     missing, length = use.seated + hold - end, end - use.seated - SETTLING
     if missing < 10 or length < 10:
         return np.zeros(0, int)
@@ -265,7 +268,7 @@ def there_and_back(use: Use, end: int, hold: int) -> np.ndarray:
 
 
 def _drawn(bank: Bank, scene: Scene, placed_uses: list[PlacedUse], rng: np.random.Generator) -> PlacedUse:
-    """Draw a piece of furniture and a use of it, the more often the more of it is as captured."""
+    """Draw a piece of furniture and a use of it, with probabilities that grow with the share as captured."""
     shares: dict[int, list[float]] = {}
     for placed in placed_uses:
         shares.setdefault(placed.item, []).append(captured.share(bank, scene, placed))

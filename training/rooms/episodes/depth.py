@@ -1,4 +1,4 @@
-"""How deep a body and hard furniture are in each other, by both measures. Room frame, metres."""
+"""Mutual penetration of a body and hard furniture, by both measures. Room frame, metres."""
 
 from __future__ import annotations
 
@@ -14,41 +14,44 @@ from ....samp_addon.motion import Motion
 from ...fitting.shapes import probes
 
 SOFT = ("sofa", "armchair", "l_sofa", "bed", "bunk_bed", "lounger", "pouf", "office_chair")
-EVERY, LOOKS = 4, 5  # frames between two in which the skin is looked at; frames in which the surfaces are
-MOST_IN_USE = 0.017  # metres of either depth in furniture that is in use
-# Joints at both ends of limbs, their length with the hand in shares of it, metres beyond which nothing is near.
+EVERY, LOOKS = 4, 5  # stride of the frames in which the skin is measured; number of those for surfaces
+MOST_IN_USE = 0.017  # largest depth (m), of either kind, in furniture in use
+# Joints at both ends of limbs, relative length including the hand, and radius (m) of the search for surfaces.
 LIMBS = tuple(
     (f"{side}_{upper}", f"{side}_{lower}", along, reach)
     for upper, lower, along, reach in (("elbow", "wrist", 1.4, 0.045), ("knee", "ankle", 1.0, 0.055))
     for side in ("left", "right")
 )
 LIMB_LOOKS, LIMB_APART = 4, 2
-TOGETHER = 8  # frames whose surroundings are looked up together
-CONFIRMED, CONFIRMED_NEAR = 0.015, 0.035  # metres: depths to confirm, and to the next of points 3 cm apart
-# Bones with two points each, and the radius of the flesh around them in metres.
+TOGETHER = 8  # frames whose surroundings are queried together
+CONFIRMED, CONFIRMED_NEAR = (
+    0.015,
+    0.035,
+)  # metres: depth to confirm, and distance to interior points (3 cm apart)
+# Bones, and the radius of the flesh around them in metres.
 BONES = [(1, 4), (2, 5), (4, 7), (5, 8), (7, 10), (8, 11), (0, 3), (3, 6), (6, 9), (9, 12), (12, 15), (16, 18),
          (17, 19), (18, 20), (19, 21)]  # fmt: skip
 RADII = np.array(
     [0.075, 0.075, 0.05, 0.05, 0.035, 0.035, 0.11, 0.11, 0.11, 0.08, 0.085, 0.045, 0.045, 0.038, 0.038]
 )
-SHARES = (0.0, 0.35, 0.7)  # the next bone begins where one ends
+SHARES = (0.0, 0.35, 0.7)  # positions of the probe points along a bone; its end belongs to the next bone
 BEYOND = {
     (18, 20): (1.2, 1.45, 1.7),
     (19, 21): (1.2, 1.45, 1.7),
     (7, 10): (-0.3, 1.35),
     (8, 11): (-0.3, 1.35),
 }
-"""Shares beyond the points at which there are hands, toes and heels."""
-ENDS = 0.022  # metres, the radius of the flesh there
+"""Positions along the bones, in shares, of points in hands, toes and heels."""
+ENDS = 0.022  # radius of the flesh there, metres
 
 
 def skin_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
-    """The deepest skin (T,) inside of things, metres."""
+    """Return the largest depth (T,), metres, of the skin inside obstacles."""
     return obstacles.depth(human.skin(body, motion, body.collision))[0].max(1)
 
 
 def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
-    """The deepest surface sample (T,) inside the body, metres from the nearest skin."""
+    """Return the largest depth (T,), metres, of surface samples inside the body, to the nearest skin."""
     surface = SkinSurface(body)
     interior = probes.interior(motion.root, motion.rotations)
     joints = skeleton.forward_kinematics(motion.root, complete(motion.rotations), body.joints)[0]
@@ -59,7 +62,7 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
         samples = samples[surface.near(joints[frame], samples)]
         found = surface.inside(skin, samples, joints[frame])
         deepest = found.depth.max(initial=0.0)
-        # Skin that folds over itself in the groin faces inwards: points of the body's inside have to be near, too.
+        # Folded skin in the groin faces inwards, so interior points have to be near as well.
         if deepest > CONFIRMED:
             near = cKDTree(interior[frame]).query(samples[found.index])[0] < CONFIRMED_NEAR
             deepest = found.depth[near].max(initial=0.0)
@@ -68,8 +71,11 @@ def surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np
 
 
 def deepest_in_use(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
-    """The larger of both depths of a body that uses a piece, metres: the skin's in every EVERY-th frame of the motion,
-    the surfaces' in LOOKS frames, that of the deepest skin and those in which a forearm or shank is close to one."""
+    """Return the larger of both depths, metres, of a body that uses a piece.
+
+    The skin is measured in every EVERY-th frame; surfaces in LOOKS frames, in that of the deepest skin, and in those
+    with a forearm or shank close to a surface.
+    """
     some = np.arange(0, len(motion), EVERY)
     few = motion.pose_slice(some)
     skin = skin_depth(obstacles, few, body)
@@ -81,8 +87,10 @@ def deepest_in_use(obstacles: Obstacles, motion: Motion, body: human.Human) -> f
 
 
 def _nearest_limbs(obstacles: Obstacles, motion: Motion) -> list[int]:
-    """Up to LIMB_LOOKS frames for each forearm and shank in which it is closest to a surface, more than LIMB_APART
-    apart."""
+    """Return up to LIMB_LOOKS frames for each forearm and shank in which it is closest to a surface.
+
+    The frames of a limb are more than LIMB_APART apart.
+    """
     joints, _ = motion.forward_kinematics()
     found: list[int] = []
     for upper, lower, along, reach in LIMBS:
@@ -107,15 +115,15 @@ def _tree(points: np.ndarray) -> cKDTree:
 
 
 def deepest(obstacles: Obstacles, motion: Motion, body: human.Human) -> float:
-    """The larger of both depths in any frame, metres; see `near_surface_depth`."""
+    """Return the larger of both depths in any frame, metres; see `near_surface_depth`."""
     skin = float(skin_depth(obstacles, motion, body).max(initial=0.0))
     return max(skin, float(near_surface_depth(obstacles, motion, body).max(initial=0.0)))
 
 
 def near_surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) -> np.ndarray:
-    """As surface_depth (T,); surfaces that are less than about 1 cm deep are left out.
+    """Return surface_depth (T,), metres, without surfaces less than about 1 cm deep.
 
-    Fast: only the few samples close to points of the body's inside are looked at.
+    Fast, because it measures only samples close to interior points of the body.
     """
     out = np.zeros(len(motion))
     surface = surface_of(human.load())  # all bodies have the same triangles
@@ -146,7 +154,7 @@ def near_surface_depth(obstacles: Obstacles, motion: Motion, body: human.Human) 
 
 
 def _boxed(samples: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Indices of samples (N, 3) in the box of points (..., 3), CONFIRMED_NEAR wider."""
+    """Return the indices of samples (N, 3) in the box of points (..., 3), widened by CONFIRMED_NEAR."""
     points = points.reshape(-1, 3)
     low, high = points.min(0) - CONFIRMED_NEAR, points.max(0) + CONFIRMED_NEAR
     return np.flatnonzero(((samples > low) & (samples < high)).all(1))
@@ -155,7 +163,10 @@ def _boxed(samples: np.ndarray, points: np.ndarray) -> np.ndarray:
 def bone_points(
     root: np.ndarray, rotations: np.ndarray, rest: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points on the bones (T, P, 3) and the radius of the flesh around each (P,). rest: of the joints."""
+    """Return points on the bones (T, P, 3) and the radius of the flesh around each (P,), metres.
+
+    rest: (J, 3) joints of the body, None for the default human's.
+    """
     rest = skeleton.default_rest_joints() if rest is None else rest
     joints, _ = skeleton.forward_kinematics(root, rotations, rest)
     points = [joints[:, a] + share * (joints[:, b] - joints[:, a]) for a, b in BONES for share in SHARES]

@@ -1,4 +1,4 @@
-"""Episodes of one room in batches, and the checks that reject the unusable ones."""
+"""Generate the episodes of one room in batches, and reject unusable ones."""
 
 from __future__ import annotations
 
@@ -20,18 +20,21 @@ from .matching import FPS
 from .scene import DEEP, FINE, STEP, Scene
 from .search import Search
 
-AT_ONCE = 24  # episodes that are made together
+AT_ONCE = 24  # episodes of a batch
 SHORTEST = int(SECONDS[0] * FPS)
-MOST_TRIES = 9  # times as many episodes as wanted are tried at most
-MOST_JUMP = 0.30  # metres a frame of any joint: 9 m/s
-SLIGHT = 0.1  # share of the shape values of the last body that is tried for an episode
-ROUGH = 0.008  # metres more than DEEP that are allowed before feet are locked
-APPROACH = 0.03  # metres between things and the default human beyond which another body is in none
-IN_THINGS = 0.0175  # metres of skin in hard things
-AWAY = 4  # frames between what is kept and a frame in which the body is in something
-ON_HARD = 10  # frames on hard furniture between two whose skin is looked at in the whole room
-NEAR, CLOSE = 0.02, 0.01  # metres between flesh and things within which skin, and surfaces, are looked at
-TOUCHED = 0.006  # metres of things in the flesh from which they are looked at twice as often
+MOST_TRIES = 9  # largest number of tries per wanted episode
+MOST_JUMP = 0.30  # largest displacement (m) of a joint per frame: 9 m/s
+SLIGHT = 0.1  # share of the shape values of the last body tried for an episode
+ROUGH = 0.008  # additional depth (m) allowed before feet are locked
+APPROACH = 0.03  # distance (m) of objects to the default human beyond which no other body touches them
+IN_THINGS = 0.0175  # largest depth (m) in hard objects
+AWAY = 4  # frames between kept frames and a frame with penetration
+ON_HARD = 10  # stride of the frames on hard furniture whose skin is measured in the whole room
+NEAR, CLOSE = (
+    0.02,
+    0.01,
+)  # distance (m) between flesh and objects within which skin, and surfaces, are measured
+TOUCHED = 0.006  # depth (m) of objects in the flesh above which they are measured twice as often
 INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a use
 
 
@@ -39,9 +42,9 @@ INTO_USE = 5  # frames over which the foot lock fades out at the beginning of a 
 class Episode:
     """A finished episode.
 
-    piece: the motion on its own body. joined, deviation: (T,) degrees by which the most different joint of legs and
-    trunk is turned otherwise than in the captured frame, regardless of root and heading: before inverse kinematics
-    locked the feet and fitted the legs to the body, and of the finished motion. UNKNOWN where no frame was captured.
+    piece: the motion on its own body. joined, deviation: (T,) largest deviation, degrees, of the rotations of legs and
+    trunk from the captured frame, regardless of root and heading: before inverse kinematics locked the feet and fitted
+    the legs to the body, and in the finished motion. UNKNOWN where no frame was captured.
     """
 
     piece: Piece
@@ -116,7 +119,7 @@ def _step(
 
 
 def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Generator) -> Episode | str:
-    """Join, carry to a body, lock the feet and check; return the episode or the reason of its rejection."""
+    """Join the pieces, retarget to a body, lock the feet and check; return the episode or the reason of rejection."""
     longest = int(LONGEST * FPS)
     whole = joined(pieces)
     if len(whole) > longest:
@@ -150,7 +153,7 @@ def _finished(bank: Bank, scene: Scene, pieces: list[Piece], rng: np.random.Gene
 
 
 def _longest_clean(bad: np.ndarray, count: int) -> tuple[int, int] | None:
-    """Return the longest span of frames, of ``count``, that stays away from bad ones (N,); None if all are short."""
+    """Return the longest span of ``count`` frames that keeps AWAY from bad ones (N,); None if all are too short."""
     ends = np.concatenate([[-AWAY], np.unique(bad), [count - 1 + AWAY]])
     longest = int(np.diff(ends).argmax())
     first, stop = int(ends[longest]) + AWAY, int(ends[longest + 1]) - AWAY + 1
@@ -160,20 +163,20 @@ def _longest_clean(bad: np.ndarray, count: int) -> tuple[int, int] | None:
 def _in_things(
     scene: Scene, locked: Motion, using: np.ndarray, build: bodies.Build, near: np.ndarray
 ) -> np.ndarray:
-    """Return frames (N,) in which the body is too deep in hard things, whether it uses them (T,) or not.
+    """Return the frames (N,) in which the body is too deep in hard objects, whether in use (T,) or not.
 
-    near: flags (T,) of frames in which the body may be close to things that it does not use.
+    near: (T,) flags of frames in which the body may be close to objects that it does not use.
     """
     frames = np.arange(0, len(locked), FINE)
     frames = frames[near[frames]]
     grazed = scene.depth_beside(locked.root, locked.rotations, using, frames, build.body.joints)
-    # Seated people hardly move.
+    # Seated bodies hardly move, so fewer frames are checked.
     rare = np.where(using[frames] >= 0, 4, 1)
     often, seldom = (frames % (step * rare) == 0 for step in (2 * FINE, 4 * FINE))
     used = [k for k in np.unique(using) if scene.hard(int(k)) is not None]
     on = np.flatnonzero(np.isin(using, used))[::ON_HARD]
     chosen = np.union1d(frames[(grazed > -NEAR) & often], on)
-    # The body that stands outside of everything tells what is inside.
+    # A body outside of all objects is the reference for the inside test.
     root, turned = scene.outside
     poses = Motion(
         np.concatenate([root, locked.root[chosen]]), np.concatenate([turned, locked.rotations[chosen]]),
@@ -181,7 +184,7 @@ def _in_things(
     )  # fmt: skip
     skin = depth.skin_depth(scene.hard_things, poses, build.body)[1:]
     bad = np.union1d(frames[grazed > DEEP], chosen[skin > IN_THINGS])
-    # Thin things are seen from inside the body only.
+    # Thin objects are only detected from inside the body.
     close = np.setdiff1d(frames[(grazed > -CLOSE) & seldom | (grazed > TOUCHED) & often], bad)
     if not len(close):
         return bad
@@ -192,10 +195,10 @@ def _in_things(
 def _fitting_body(
     bank: Bank, scene: Scene, whole: Piece, rng: np.random.Generator
 ) -> tuple[bodies.Build, Piece] | None:
-    """Return a random build that is not too deep in the hard furniture it uses, and the motion on it; or None.
+    """Return a random build that is not too deep in the hard furniture in use, and the motion on it; or None.
 
-    Of two that are drawn, the one whose legs are more often as captured is tried first; the last one is nearly the
-    default human, which the uses were fitted to.
+    Of two random builds, the one with more frames as captured is tried first; the last one is nearly the default human,
+    to which the uses were fitted.
     """
     drawn = [bodies.draw(rng) for _ in range(2)]
     tried = [(build, bodies.carried(whole, build)) for build in drawn]
@@ -213,8 +216,10 @@ def _fitting_body(
 
 
 def _depth_in_seats(scene: Scene, piece: Piece, build: bodies.Build) -> tuple[float, int]:
-    """Metres by which the body is in the hard furniture it uses, and the worst piece; the first one that is too deep
-    ends the search."""
+    """Return the depth, metres, of the body in the hard furniture in use, and the worst piece.
+
+    The search stops at the first piece whose depth exceeds depth.MOST_IN_USE.
+    """
     used = np.concatenate([[-1], piece.object, [-1]])
     cuts = np.flatnonzero(np.diff(used))
     worst = (0.0, -1)
@@ -233,7 +238,7 @@ def _depth_in_seats(scene: Scene, piece: Piece, build: bodies.Build) -> tuple[fl
 
 
 def locked_feet(carried: Piece, build: bodies.Build) -> Motion:
-    """Return the motion with locked feet, except on furniture, where the feet were fitted to the piece."""
+    """Return the motion with locked feet, except on furniture, where feet are fitted to the piece."""
     contacts = np.column_stack([np.zeros((len(carried), 3)), carried.feet])
     locked = lock_feet(
         Motion(carried.root, carried.rotations, contacts=contacts, rest_joints=build.body.joints),
@@ -248,6 +253,6 @@ def locked_feet(carried: Piece, build: bodies.Build) -> Motion:
 
 
 def contacts(piece: Piece) -> np.ndarray:
-    """Contacts (T, 5) of pelvis, right and left hand, right and left foot."""
+    """Return contacts (T, 5) of pelvis, right and left hand, right and left foot."""
     pelvis = np.isin(piece.labels, [LABELS.index("sit"), LABELS.index("lie")]).astype(np.float32)
     return np.column_stack([pelvis, piece.hands, piece.feet])

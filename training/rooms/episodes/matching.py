@@ -1,7 +1,7 @@
 """Motion matching along given routes, for a batch of walkers.
 
-Every PLAY frames the captured frame is searched whose pose is close to the present one and whose future follows the
-route. Only captured motion is played; small turns and shifts keep it on the route.
+Every PLAY frames, the captured frame with a similar pose and with a future along the route is searched. Only captured
+motion is played; small turns and shifts keep it on the route.
 """
 
 from __future__ import annotations
@@ -16,20 +16,23 @@ from .bank import AHEAD, Bank
 from .route import STEP, Route
 from .search import Clearance, Search
 
-PLAY = 12  # frames that are played before the next search
-GAIN, BRAKE = 1.6, 1.0  # m/s^2, of setting off and of coming to a stand
+PLAY = 12  # frames played between two searches
+GAIN, BRAKE = 1.6, 1.0  # acceleration and deceleration, m/s^2
 SPIN = 2.6  # rad/s, largest turning rate of the desired trajectory
-TURN_LIMIT, SHIFT_LIMIT = 0.14, 0.03  # radians, metres by which one piece is bent and moved towards the route
-ENDING = 1.2  # metres before the end in which another clip is chosen sooner
-NEAR_END = 0.35  # metres before the end in which the body turns to its last facing
-ARRIVED, STILL, FACED = 0.12, 0.25, np.radians(22)  # metres, m/s, radians
-PATIENCE = 2.5  # seconds beyond those that the route takes at its pace
+TURN_LIMIT, SHIFT_LIMIT = 0.14, 0.03  # largest turn (radians) and shift (m) of one piece towards the route
+ENDING = 1.2  # distance (m) to the end below which other clips are preferred less reluctantly
+NEAR_END = 0.35  # distance (m) to the end below which the body turns to its final facing
+ARRIVED, STILL, FACED = 0.12, 0.25, np.radians(22)  # tolerances of arrival: metres, m/s, radians
+PATIENCE = 2.5  # seconds allowed in addition to the route's expected duration
 
 
 @dataclass
 class Walk:
-    """runs: (first bank frame, frames) of the captured pieces in a row. flat: (T, 3) x, z, yaw of each frame.
-    arrived: whether the end of the route was reached."""
+    """A walk.
+
+    runs: (first bank frame, number of frames) of the captured pieces, in order. flat: (T, 3) x, z, yaw of each frame.
+    arrived: whether the end of the route was reached.
+    """
 
     runs: list[tuple[int, int]]
     flat: np.ndarray
@@ -53,11 +56,11 @@ class _Walkers:
         self.row = np.arange(len(routes))
 
     def place(self, along: np.ndarray) -> np.ndarray:
-        """x and z (W, 2) at metres along the routes (W,)."""
+        """Return x and z (W, 2) at distances (W,), metres, along the routes."""
         return self.points[self.row, self._at(along)]
 
     def direction(self, along: np.ndarray) -> np.ndarray:
-        """Yaw (W,) along the routes; near their ends that of the end."""
+        """Return the yaw (W,) along the routes, blended into the final one near their ends."""
         share = np.clip((along - self.length + NEAR_END) / NEAR_END, 0, 1)
         tangent = self.tangent[self.row, self._at(along)]
         return tangent + share * wrap_angle(self.end_yaw - tangent)
@@ -66,14 +69,14 @@ class _Walkers:
         return np.clip((along / STEP + 0.5).astype(int), 0, np.maximum(self.length / STEP, 0).astype(int))
 
     def progress(self) -> None:
-        """How far along the nearest place of the route is, within the next metre."""
+        """Update the distance along the routes to that of the nearest point, searched within the next metre."""
         steps = np.arange(-10, 50)
         at = np.clip(self._at(self.along)[:, None] + steps, 0, self.points.shape[1] - 1)
         gap = np.linalg.norm(self.points[self.row[:, None], at] - self.flat[:, None, :2], axis=-1)
         self.along = np.minimum(at[self.row, gap.argmin(1)] * STEP, self.length)
 
     def wanted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places (W, 3, 2) in the root's frame and facings (W, 3) relative to it, at AHEAD frames."""
+        """Return wanted positions (W, 3, 2) in the root's frame and relative facings (W, 3), at AHEAD frames."""
         along, speed, yaw = self.along.copy(), self.speed.copy(), self.flat[:, 2].copy()
         off = self.flat[:, :2] - self.place(self.along)
         places, facings, step = [], [], 5 / FPS
@@ -98,10 +101,10 @@ def walk(
     rng: np.random.Generator,
     clearance: Clearance | None = None,
 ) -> list[Walk]:  # fmt: skip
-    """A walk along each of some routes.
+    """Return a walk along each route.
 
-    flat: (W, 3) x, z, yaw at the start; pose: (W, 15) scaled pose features there; speed: (W,) m/s. clearance: metres
-    to obstacles of places (..., 2). The first frame of a walk follows on the start.
+    flat: (W, 3) x, z, yaw at the start. pose: (W, 15) scaled pose features there. speed: (W,) m/s. clearance: function
+    from positions (..., 2) to the distance from obstacles, metres. The first frame of a walk follows the start.
     """
     bank = search.bank
     walkers = _Walkers(routes, flat, pose, speed)
@@ -109,7 +112,7 @@ def walk(
     pieces: list[list[tuple[int, int]]] = [[] for _ in routes]
     flats: list[list[np.ndarray]] = [[] for _ in routes]
     active, arrived, count = np.ones(len(routes), bool), np.zeros(len(routes), bool), np.zeros(len(routes))
-    # A weak preference for some clips makes walkers differ.
+    # Weak random preferences for clips make walkers differ.
     preferences = search.preferences(len(routes), rng)
     while active.any():
         places, facing = walkers.wanted()
@@ -143,7 +146,7 @@ def _played(bank: Bank, walkers: _Walkers, frames: np.ndarray, active: np.ndarra
     turn = walkers.flat[active, 2] - source[:, 0, 2]
     ramp = np.linspace(0, 1, PLAY + 1)[1:]
     straight = _integrated(walkers.flat[active], steps, turn[:, None] + 0 * ramp)
-    # Where the piece would end, against where the route is.
+    # Compare the end of the unchanged piece with the route.
     here = walkers.flat.copy()
     walkers.flat[active] = straight[:, -1]
     before = walkers.along.copy()
@@ -169,7 +172,7 @@ def _played(bank: Bank, walkers: _Walkers, frames: np.ndarray, active: np.ndarra
 
 
 def _integrated(start: np.ndarray, steps: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Flat roots (A, P, 3) from start (A, 3) by steps (A, P, 3), those turned by (A, P) radians."""
+    """Return flat roots (A, P, 3) from start (A, 3) by steps (A, P, 3) turned by (A, P), radians."""
     c, s = np.cos(turn), np.sin(turn)
     moved = np.stack(
         [steps[..., 0] * c + steps[..., 1] * s, -steps[..., 0] * s + steps[..., 1] * c, steps[..., 2]], -1

@@ -1,4 +1,4 @@
-"""Routes over the floor: navmesh paths with rounded corners, sampled evenly."""
+"""Routes on the floor: navmesh paths with rounded corners, sampled uniformly."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 STEP = 0.02  # metres between the samples of a route
-ROUND = 0.16  # metres, standard deviation of the smoothing that rounds corners
+ROUND = 0.16  # sigma (m) of the smoothing that rounds corners
 
 
 @dataclass(frozen=True)
 class Route:
-    """points: (K, 2) x and z, metres, STEP apart. tangent: (K,) yaw along the route, radians, unwrapped.
+    """A route. points: (K, 2) x and z, metres, STEP apart. tangent: (K,) yaw along the route, radians, unwrapped.
 
     end_yaw: yaw of the body at the end, radians. pace: m/s.
     """
@@ -25,12 +25,12 @@ class Route:
 
     @property
     def length(self) -> float:
-        """Metres."""
+        """Length of the route, metres."""
         return (len(self.points) - 1) * STEP
 
 
 def rounded(corners: np.ndarray, end_yaw: float, pace: float) -> Route:
-    """The route along corners (N, 2), metres, at least one; ends stay where they are."""
+    """Return the route along corners (N, 2), metres, at least one; both ends stay in place."""
     corners = np.asarray(corners, dtype=np.float64)
     away = np.linalg.norm(np.diff(corners, axis=0), axis=-1)
     corners = corners[np.concatenate([[True], away > 1e-6])]
@@ -50,7 +50,7 @@ def rounded(corners: np.ndarray, end_yaw: float, pace: float) -> Route:
 
 
 def _even(line: np.ndarray) -> np.ndarray:
-    """Points (K, 2) about STEP apart along a line (N, 2), its ends included."""
+    """Return points (K, 2) about STEP apart along a line (N, 2), including its ends."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=-1))])
     at = np.linspace(0.0, along[-1], max(int(round(along[-1] / STEP)), 1) + 1)
     return np.column_stack([np.interp(at, along, line[:, k]) for k in range(2)])

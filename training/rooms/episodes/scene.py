@@ -23,20 +23,20 @@ from ..uses.use import Use, Uses
 from .bank import flat_root
 from .depth import SOFT, bone_points
 
-RADIUS, HEIGHT = 0.26, 1.75  # metres of a walking person
+RADIUS, HEIGHT = 0.26, 1.75  # radius and height (m) of a walking body
 SPACING = 0.03  # metres between the samples of surfaces
-FAR = 0.13  # metres beyond which nothing is near the flesh: the largest of RADII and a little
-STEP, FINE = 4, 2  # frames between two that are looked at, of uses and of finished episodes
+FAR = 0.13  # limit (m) of distance queries, a little more than the largest of RADII
+STEP, FINE = 4, 2  # strides of the checked frames of uses and of finished episodes
 KEYS = [skeleton.INDEX[n] for n in ("pelvis", "left_ankle", "right_ankle", "left_foot", "right_foot", "head",
         "left_wrist", "right_wrist")]  # fmt: skip
-DEEP = 0.02  # metres
-CLOSE = 8  # frames before sitting down that belong to a use
-ON_TABLES = 0.75  # share of the places before a table at which hands lie on it
+DEEP = 0.02  # largest allowed depth, metres
+CLOSE = 8  # frames before sitting down that are part of a use
+ON_TABLES = 0.75  # share of the places in front of a table with hands on it
 
 
 @dataclass(frozen=True)
 class PlacedUse:
-    """A use in the room. item: number of the piece. flat: (T, 3) smoothed x, z, yaw."""
+    """A use in the room's frame. item: number of the piece. flat: (T, 3) smoothed x, z, yaw."""
 
     item: int
     use: Use
@@ -46,12 +46,12 @@ class PlacedUse:
 
     @cached_property
     def keys(self) -> np.ndarray:
-        """Places (T, K, 3) of KEYS, metres."""
+        """Positions (T, K, 3) of the joints KEYS, metres."""
         joints, _ = skeleton.forward_kinematics(self.root, self.rotations, skeleton.default_rest_joints())
         return joints[:, KEYS]
 
     def cut(self, start: int, stop: int) -> PlacedUse:
-        """Frames start .. stop - 1."""
+        """Return the frames start .. stop - 1."""
         use, part = self.use, slice(start, stop)
         frames = {
             name: getattr(use, name) - start if getattr(use, name) >= 0 else -1
@@ -63,12 +63,12 @@ class PlacedUse:
 
     @property
     def place(self) -> tuple[int, int]:
-        """The piece and the place on it."""
+        """Number of the piece and of the place on it."""
         return self.item, self.use.place
 
 
 class Scene:
-    """room: what stands where. uses: where sits and lies come from, None for none."""
+    """A furnished room prepared for episodes. items: by name. uses: source of sits and lies, None for none."""
 
     def __init__(self, room: Room, items: dict[str, Item], uses: Uses | None) -> None:
         self.room = room
@@ -94,7 +94,7 @@ class Scene:
         self.placed_uses = self._placed_uses(items, uses) if uses is not None else []
 
     def rises(self, placed: PlacedUse) -> list[PlacedUse]:
-        """Rises at the place of a use."""
+        """Return the rises at the place of a use."""
         return [
             up for up in self.placed_uses
             if up.place == placed.place and up.use.action == placed.use.action and up.use.up_end >= 0
@@ -102,7 +102,7 @@ class Scene:
         ]  # fmt: skip
 
     def clearance_at(self, places: np.ndarray) -> np.ndarray:
-        """Metres to obstacles (...) of places (..., 2) on the floor, 0 in them, up to 0.6."""
+        """Return the distance (...), metres, of positions (..., 2) on the floor from obstacles, 0 inside them."""
         grid = self.mesh.ground.grid
         at = np.floor((places - grid.corner[[0, 2]]) / grid.cell).astype(int)
         inside = ((at >= 0) & (at < self._raster.shape)).all(-1)
@@ -111,7 +111,7 @@ class Scene:
 
     @cached_property
     def surface(self) -> tuple[cKDTree, np.ndarray]:
-        """Surface samples of all obstacles, and the object of each."""
+        """Tree of the surface samples of all obstacles, and the object of each sample."""
         room = self.room
         floor = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
         chosen = ~floor & (room.triangles[..., 1].min(1) < 1.9)
@@ -125,7 +125,7 @@ class Scene:
         return _tree(points), objects[face]
 
     def _without(self, number: int) -> cKDTree:
-        """The tree of all surfaces but those of one piece."""
+        """Return the tree of all surfaces except those of one piece."""
         if number not in self._trees:
             tree, objects = self.surface
             self._trees[number] = _tree(np.asarray(tree.data)[objects != number])
@@ -149,8 +149,8 @@ class Scene:
         return found
 
     def _at_table(self, placed: PlacedUse, tops: Tops) -> PlacedUse:
-        """Return a use with hands on the table before it, at most places where there is one and arms are free."""
-        rng = np.random.default_rng([placed.item, placed.use.place])  # uses of one place follow on each other
+        """Return a use with hands on the table in front, for ON_TABLES of the places with a table and free arms."""
+        rng = np.random.default_rng([placed.item, placed.use.place])  # equal for all uses of a place
         if rng.random() > ON_TABLES:
             return placed
         made = with_hands_on(placed.use, placed.root, placed.rotations, tops, rng)
@@ -163,7 +163,7 @@ class Scene:
     def _open_part(self, placed: PlacedUse) -> PlacedUse | None:
         """Return the part of a use that is free of other objects and whose ends are reachable, or None.
 
-        What leads to the seat and away from it may be cut: walks have ways of their own.
+        The motion towards the seat and away from it may be cut off, since walks have their own routes.
         """
         use, count = placed.use, len(placed.root)
         blocked = STEP * np.flatnonzero(self.depth(placed.root, placed.rotations, placed.item) > DEEP)
@@ -179,21 +179,21 @@ class Scene:
         return part if all(self.reachable(part.flat[k, :2]) for k in ends) else None
 
     def hard(self, number: int) -> Obstacles | None:
-        """A piece of furniture as an obstacle in its own frame, None for soft ones and for no piece."""
+        """Return a piece of furniture as obstacles in its own frame; None for soft ones and for no piece."""
         item = self._items.get(self.room.names[number]) if number >= 0 else None
         return item.obstacles if item is not None and self.room.categories[number] not in SOFT else None
 
     def to_piece(self, number: int, root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Root (T, 3) and rotations (T, 22, 4) in the frame of a piece."""
+        """Return root (T, 3) and rotations (T, 22, 4) in the frame of a piece."""
         x, _, z, yaw = self.room.places[number]
         return turned(root - np.array([x, 0.0, z]), rotations, -yaw, np.zeros(3))
 
     def reachable(self, place: np.ndarray, within: float = 0.35) -> bool:
-        """Whether walkable ground of the main part is near a place (2,)."""
+        """Return whether walkable ground of the main island is within some metres of a position (2,)."""
         return float(np.linalg.norm(self.free[:, [0, 2]] - place, axis=-1).min(initial=np.inf)) < within
 
     def depth(self, root: np.ndarray, rotations: np.ndarray, without: int | None = None) -> np.ndarray:
-        """How deep surfaces lie in the flesh, metres (K,), of every STEP-th frame; ``without`` those of one piece."""
+        """Return the depth (K,), metres, of surfaces in the flesh in every STEP-th frame, ``without`` one piece."""
         points, radii = bone_points(root[::STEP], rotations[::STEP])
         tree = self.surface[0] if without is None else self._without(without)
         gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
@@ -201,14 +201,14 @@ class Scene:
 
     @cached_property
     def solids(self) -> Obstacles:
-        """Walls and all things that nobody sits or lies on."""
+        """Walls and all objects that are not for sitting or lying."""
         room = self.room
         seats = np.isin(room.objects, room.seats) | np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
         return Obstacles(room.triangles[~seats])
 
     @cached_property
     def hard_things(self) -> Obstacles:
-        """Walls and all hard things."""
+        """Walls and all hard objects."""
         room = self.room
         soft = [k for k, category in enumerate(room.categories) if category in SOFT]
         shell = np.isin(room.classes, [CLASS["floor"], CLASS["ceiling"]])
@@ -218,11 +218,10 @@ class Scene:
         self, root: np.ndarray, rotations: np.ndarray, using: np.ndarray, frames: np.ndarray,
         rest: np.ndarray | None = None, solids: bool = True,
     ) -> np.ndarray:  # fmt: skip
-        """As depth, but of some frames (K,), and in frames in which a piece is in use (T,) without that one; negative
-        where nothing is in the flesh.
+        """Return the depth (K,), metres, of some frames, without the piece in use (T,) in each; negative outside.
 
         rest: (J, 3) joints of the body, None for the default human's. solids: whether bones in the middle of solid
-        things are looked for, too.
+        objects are detected as well.
         """
         out = np.zeros(len(frames))
         at = using[frames]
@@ -233,7 +232,7 @@ class Scene:
             gap = tree.query(points.reshape(-1, 3), distance_upper_bound=FAR)[0].reshape(points.shape[:2])
             depth = radii - gap
             if solids:
-                # The surfaces of a thing are far from a bone in the middle of it.
+                # A bone in the middle of an object is far from its surfaces.
                 outside = bone_points(self.outside[0], self.outside[1], rest)[0]
                 inside = self.solids.depth(np.concatenate([outside, points]))[0][1:]
                 depth = np.maximum(depth, np.where(inside > 0, inside + radii, 0))
@@ -242,21 +241,21 @@ class Scene:
 
     @cached_property
     def outside(self) -> tuple[np.ndarray, np.ndarray]:
-        """Root (1, 3) and rotations (1, 22, 4) of a body that stands where there is most room: it is in nothing."""
+        """Root (1, 3) and rotations (1, 22, 4) of a body at the place of largest clearance, outside of all objects."""
         place = self.free[int(self.clearance.argmax())]
         rotations = np.zeros((1, skeleton.BODY_COUNT, 4))
         rotations[..., 0] = 1
         return np.array([[place[0], 0.95, place[2]]]), rotations
 
     def route(self, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
-        """Corners (N, 2) of the route between two places (2,), or None."""
+        """Return the corners (N, 2), metres, of the route between two positions (2,), or None."""
         lift = lambda p: np.array([p[0], 0.0, p[1]])
         try:
             found = path.plan(self.mesh, lift(start), lift(goal), comfort=0.12)
         except PathError:
             return None
         corners = found.waypoints[:, [0, 2]]
-        # Keep the requested ends, which may lie beside the mesh.
+        # Keep the requested ends, which may be off the mesh.
         if np.linalg.norm(corners[0] - start) > 0.02:
             corners = np.concatenate([start[None], corners])
         if np.linalg.norm(corners[-1] - goal) > 0.02:
@@ -264,11 +263,11 @@ class Scene:
         return corners
 
     def place(self, rng: np.random.Generator, least: float = 0.3) -> np.ndarray:
-        """A random place (2,) to stand, with some room around it."""
+        """Return a random position (2,) to stand with clearance around it, metres."""
         roomy = np.flatnonzero(self.clearance >= min(least, np.quantile(self.clearance, 0.6)))
         return self.free[rng.choice(roomy)][[0, 2]]
 
 
 def _tree(points: np.ndarray) -> cKDTree:
-    """A tree that is fast to build."""
+    """Return a k-d tree optimised for construction time."""
     return cKDTree(points, balanced_tree=False, compact_nodes=False)

@@ -11,19 +11,19 @@ from .bank import POSE, Bank
 
 STRIPES = 16  # candidates of each walker: the best frame of each part of the bank
 PREFERENCES, PREFERENCE = 4, 0.12  # dimensions and scale of the walkers' preferences for clips
-LOYAL, ENDING = 0.12, 1.0  # factors on the cost of continuing the present clip, on the way and at its end
-LOOK = (6, 12, 20)  # frames at which a candidate's place is looked at
-ROOM, CROWDED = 0.25, 0.07  # metres of clearance that are wanted, and whose lack counts as one unit of cost
+LOYAL, ENDING = 0.12, 1.0  # factors on the cost of continuing the current clip, on the route and near its end
+LOOK = (6, 12, 20)  # frames at which a candidate's clearance is checked
+ROOM, CROWDED = 0.25, 0.07  # wanted clearance (m), and deficit (m) with one unit of cost
 Clearance = Callable[[np.ndarray], np.ndarray]
 
 
 class Search:
-    """The bank's features, ready for queries."""
+    """The bank's features, indexed for queries."""
 
     def __init__(self, bank: Bank, seed: int = 0) -> None:
         self.bank = bank
         count = len(bank.rows) // STRIPES * STRIPES
-        # Interleaved, so that every stripe holds frames of all clips.
+        # Interleaved, so that every stripe contains frames of all clips.
         order = np.arange(count).reshape(-1, STRIPES).T.ravel()
         self.rows = bank.rows[order]
         features = bank.features[order]
@@ -44,9 +44,9 @@ class Search:
     ) -> np.ndarray:  # fmt: skip
         """Return the bank frames (W,) to continue from.
 
-        query: (W, 27) features. now: (W,) bank frames of the present, -1 for none. flat: (W, 3) x, z, yaw. clearance:
-        metres to obstacles of places (N, 2). play: frames until the next search. ending: flags (W,) of walkers close to
-        the end of their route.
+        query: (W, 27) features. now: (W,) current bank frames, -1 for none. flat: (W, 3) x, z, yaw. clearance: function
+        from positions (N, 2) to the distance from obstacles, metres. play: frames until the next search. ending: (W,)
+        flags of walkers close to the end of their route.
         """
         bank, count = self.bank, len(query)
         one = np.ones((count, 1), np.float32)
@@ -54,7 +54,7 @@ class Search:
         best = cost.argmin(2)
         value = np.take_along_axis(cost, best[..., None], 2)[..., 0] + (query**2).sum(1, keepdims=True)
         frames = self.rows.reshape(STRIPES, -1)[np.arange(STRIPES), best]
-        # Continuing the present clip is one more candidate; its pose has no distance.
+        # Continuing the current clip is an additional candidate, at zero pose distance.
         on = (now >= 0) & (bank.ahead[now] > max(play, LOOK[-1]))
         row = np.clip(np.searchsorted(bank.rows, now), 0, len(bank.rows) - 1)
         on &= np.abs(bank.rows[row] - now) <= 2
@@ -66,7 +66,7 @@ class Search:
         return frames[np.arange(count), value.argmin(1)]
 
     def _crowding(self, frames: np.ndarray, flat: np.ndarray, clearance: Clearance) -> np.ndarray:
-        """Cost (W, K) of coming near to obstacles after candidates (W, K)."""
+        """Return the cost (W, K) of missing clearance after candidates (W, K)."""
         bank = self.bank
         source = bank.flat[frames]
         turn = wrap_angle(flat[:, 2:] - source[..., 2])

@@ -1,1 +1,1 @@
-"""Layouts: rooms with walls, doors and windows, furnished from the training pieces or from the held-out ones."""
+"""Layouts: rooms with walls, doors and windows, furnished with training pieces or held-out ones."""

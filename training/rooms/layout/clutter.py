@@ -1,4 +1,4 @@
-"""Things that stand about, procedural: on the floor and on tables. On y = 0, centred over the origin."""
+"""Procedural small objects for floors and tables, on y = 0, centred over the origin, metres."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Rng = np.random.Generator
 
 
 def plant(rng: Rng) -> list[Part]:
-    """A pot with leaves."""
+    """Return a pot with leaves."""
     r, h = rng.uniform(0.1, 0.2), rng.uniform(0.18, 0.4)
     pot = shapes.lathe([[1e-6, 0], [r * 0.75, 0], [r, h], [r * 0.85, h], [1e-6, h - 0.03]])
     leaves = []
@@ -26,7 +26,7 @@ def plant(rng: Rng) -> list[Part]:
 
 
 def floor_lamp(rng: Rng) -> list[Part]:
-    """A standard lamp with a shade."""
+    """Return a standard lamp with a shade."""
     h, r = rng.uniform(1.3, 1.75), rng.uniform(0.14, 0.24)
     stand = [shapes.disc(0.15, 0, 0.025), shapes.tube([(0, 0.02, 0), (0, h, 0)], 0.012)]
     shade = shapes.lathe(
@@ -36,13 +36,13 @@ def floor_lamp(rng: Rng) -> list[Part]:
 
 
 def crate(rng: Rng) -> list[Part]:
-    """A box or a basket."""
+    """Return a box or a basket."""
     x, h, z = rng.uniform(0.12, 0.28), rng.uniform(0.15, 0.5), rng.uniform(0.12, 0.25)
     return [Part("clutter", shapes.box((-x, 0, -z), (x, h, z)))]
 
 
 def bin_(rng: Rng) -> list[Part]:
-    """A waste-paper bin."""
+    """Return a waste-paper bin."""
     r, h = rng.uniform(0.1, 0.16), rng.uniform(0.25, 0.42)
     return [
         Part(
@@ -53,7 +53,7 @@ def bin_(rng: Rng) -> list[Part]:
 
 
 def bag(rng: Rng) -> list[Part]:
-    """A bag on the floor."""
+    """Return a bag on the floor."""
     x, h, z = rng.uniform(0.13, 0.22), rng.uniform(0.25, 0.42), rng.uniform(0.07, 0.13)
     body = shapes.cushion((-x, 0, -z), (x, h, z), 0.45)
     return [
@@ -67,7 +67,7 @@ ON_FLOOR = (plant, plant, floor_lamp, crate, bin_, bag)
 
 
 def cup(rng: Rng) -> list[Part]:
-    """A cup or a glass."""
+    """Return a cup or a glass."""
     r, h = rng.uniform(0.03, 0.045), rng.uniform(0.07, 0.14)
     return [
         Part("clutter", shapes.lathe([[1e-6, 0], [r * 0.8, 0], [r, h], [r - 0.004, h], [1e-6, 0.01]], 12))
@@ -75,13 +75,13 @@ def cup(rng: Rng) -> list[Part]:
 
 
 def bowl(rng: Rng) -> list[Part]:
-    """A bowl or a plate."""
+    """Return a bowl or a plate."""
     r, h = rng.uniform(0.09, 0.16), rng.uniform(0.02, 0.09)
     return [Part("clutter", shapes.lathe([[1e-6, 0], [r * 0.5, 0], [r, h], [r - 0.008, h], [1e-6, 0.012]]))]
 
 
 def books(rng: Rng) -> list[Part]:
-    """Some books or magazines in a pile."""
+    """Return a pile of books or magazines."""
     parts, at = [], 0.0
     for _ in range(int(rng.integers(1, 5))):
         x, z, t = rng.uniform(0.09, 0.14), rng.uniform(0.07, 0.1), rng.uniform(0.008, 0.035)
@@ -91,7 +91,7 @@ def books(rng: Rng) -> list[Part]:
 
 
 def vase(rng: Rng) -> list[Part]:
-    """A vase with stalks."""
+    """Return a vase with stalks."""
     r, h = rng.uniform(0.04, 0.08), rng.uniform(0.15, 0.3)
     body = shapes.lathe([[1e-6, 0], [r * 0.7, 0], [r, h * 0.4], [r * 0.5, h * 0.85], [r * 0.6, h]])
     stalks = [
@@ -106,7 +106,7 @@ def vase(rng: Rng) -> list[Part]:
 
 
 def laptop(rng: Rng) -> list[Part]:
-    """An open laptop, its keys towards +Z."""
+    """Return an open laptop, its keys towards +Z."""
     keys = shapes.box((-0.16, 0, -0.11), (0.16, 0.018, 0.11))
     lid = shapes.tilted(
         shapes.box((-0.16, 0.01, -0.115), (0.16, 0.23, -0.107)), rng.uniform(0.1, 0.4), (0, 0.01, -0.11)
@@ -115,7 +115,7 @@ def laptop(rng: Rng) -> list[Part]:
 
 
 def monitor(rng: Rng) -> list[Part]:
-    """A screen on a foot with a keyboard, its face towards +Z."""
+    """Return a screen on a foot with a keyboard, its face towards +Z."""
     x, h = rng.uniform(0.24, 0.34), rng.uniform(0.28, 0.36)
     foot = [shapes.disc(0.1, 0, 0.012), shapes.box((-0.02, 0, -0.02), (0.02, 0.2, 0.0))]
     face = shapes.box((-x, 0.1, 0.0), (x, 0.1 + h, 0.03))
@@ -126,7 +126,7 @@ def monitor(rng: Rng) -> list[Part]:
 
 
 def table_lamp(rng: Rng) -> list[Part]:
-    """A small lamp."""
+    """Return a small lamp."""
     h, r = rng.uniform(0.25, 0.45), rng.uniform(0.08, 0.14)
     stand = [shapes.disc(0.07, 0, 0.02), shapes.tube([(0, 0.02, 0), (0, h, 0)], 0.01)]
     return [
@@ -141,4 +141,4 @@ ON_TABLE = {
     "office": (monitor, laptop, cup, books, table_lamp), "bedroom": (table_lamp, books, cup, vase),
     "waiting": (books, vase, books), "cafe": (cup, cup, bowl, vase),
 }  # fmt: skip
-"""What lies on tables, by the kind of room."""
+"""Builders of objects on tables, by the kind of room."""

@@ -1,4 +1,4 @@
-"""Placing items so that nothing overlaps, doors open and there is room in front of what is used."""
+"""Place items without overlaps, with free doors and free space in front of seats and storage."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ import numpy as np
 from .shell import Shell, wall_frame
 from .stock import Item
 
-AIR = 0.03  # metres between items
+AIR = 0.03  # gap (m) between items
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """centre (2,), half sizes (2,) in metres, yaw in radians."""
+    """A rotated rectangle in the floor plane: centre (2,) and half sizes (2,) in metres, yaw in radians."""
 
     centre: np.ndarray
     half: np.ndarray
     yaw: float
 
     def corners(self) -> np.ndarray:
-        """(4, 2)."""
+        """Return the corners (4, 2), metres."""
         signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * self.half
         return self.centre + turned(signs, self.yaw)
 
     def overlaps(self, other: Rectangle) -> bool:
-        """Whether both share some area."""
+        """Return whether both rectangles share an area."""
         mine, theirs = self.corners(), other.corners()
         for yaw in (self.yaw, other.yaw):
             for axis in (np.array([np.cos(yaw), -np.sin(yaw)]), np.array([np.sin(yaw), np.cos(yaw)])):
@@ -37,14 +37,14 @@ class Rectangle:
 
 
 def turned(points: np.ndarray, yaw: float) -> np.ndarray:
-    """Points (..., 2) of x and z turned about the vertical axis."""
+    """Return points (..., 2), x and z, turned about the vertical axis by yaw, radians."""
     c, s = np.cos(yaw), np.sin(yaw)
     return np.stack([points[..., 0] * c + points[..., 1] * s, -points[..., 0] * s + points[..., 1] * c], -1)
 
 
 @dataclass(frozen=True)
 class Placed:
-    """An item where it stands: x, y, z in metres and yaw in radians."""
+    """An item with its placement: x, y, z in metres and yaw in radians."""
 
     item: Item
     x: float
@@ -54,19 +54,19 @@ class Placed:
 
     @property
     def footprint(self) -> Rectangle:
-        """Seen from above."""
+        """Bounding rectangle of the item in the floor plane."""
         low, high = self.item.box
         middle = turned((low + high)[[0, 2]] / 2, self.yaw)
         return Rectangle(np.array([self.x, self.z]) + middle, (high - low)[[0, 2]] / 2, self.yaw)
 
     def at(self, x: float, z: float) -> np.ndarray:
-        """x and z (2,) in the room of a place of the item's own frame."""
+        """Convert x and z from the item's frame to the room's (2,), metres."""
         return turned(np.array([x, z]), self.yaw) + [self.x, self.z]
 
 
 @dataclass
 class Plan:
-    """What stands where. taken: footprints; kept: areas that stay free."""
+    """The items of a room with their placements. taken: footprints. kept: areas that stay free."""
 
     shell: Shell
     rng: np.random.Generator
@@ -82,7 +82,7 @@ class Plan:
                 self.kept.append(Rectangle(centre, np.array([0.5, 0.5]), yaw))
 
     def fits(self, rectangle: Rectangle, air: float = AIR) -> bool:
-        """Whether a footprint is inside the room and free."""
+        """Return whether a footprint is inside the room and free, with a gap of ``air`` metres."""
         width, depth, _ = self.shell.size
         corners = rectangle.corners()
         if (np.abs(corners) > np.array([width, depth]) / 2 - 0.01).any():
@@ -93,7 +93,7 @@ class Plan:
     def put(
         self, item: Item | None, x: float, z: float, yaw: float, air: float = AIR, y: float = 0.0
     ) -> Placed | None:
-        """The item placed there, or None where it does not fit."""
+        """Place an item; return it, or None where it does not fit."""
         if item is None:
             return None
         placed = Placed(item, float(x), float(y), float(z), float(yaw))
@@ -107,7 +107,10 @@ class Plan:
         self, item: Item | None, walls: list[int] | None = None, gap: float = 0.02, air: float = AIR,
         front: float = 0.0, corner: bool = False, tries: int = 24,
     ) -> Placed | None:  # fmt: skip
-        """The item with its back to a wall; ``front`` metres in front of it stay free. corner: beside another wall."""
+        """Place an item with its back to a wall; return it, or None.
+
+        front: metres in front of it that stay free. corner: whether it is next to another wall.
+        """
         if item is None:
             return None
         low, high = item.box
@@ -128,7 +131,7 @@ class Plan:
         return None
 
     def _before_window(self, wall: int, item: Item) -> bool:
-        """Whether something high would stand at a wall with windows: mostly not wanted."""
+        """Return whether to avoid a wall with windows for a high item, which holds in nine of ten cases."""
         return (
             item.size[1] > 1.3
             and any(o.kind == "window" and o.wall == wall for o in self.shell.openings)
@@ -136,14 +139,17 @@ class Plan:
         )
 
     def keep_front(self, placed: Placed, depth: float, width: float = 0.0) -> None:
-        """Keeps an area in front of an item free; width: of it, metres, 0 for that of the item."""
+        """Keep an area of ``depth`` metres in front of an item free; width: metres, 0 for the item's."""
         low, high = placed.item.box
         half = width / 2 if width else (high[0] - low[0]) / 2
         centre = placed.at((low[0] + high[0]) / 2, high[2] + depth / 2 + 0.01)
         self.kept.append(Rectangle(centre, np.array([half, depth / 2]), placed.yaw))
 
     def on_wall(self, item: Item | None, low: float, high: float, tries: int = 16) -> Placed | None:
-        """The item hung on a wall between two heights of its lower edge, clear of doors, windows and high things."""
+        """Hang an item on a wall, clear of doors, windows and high items; return it, or None.
+
+        low, high: range of heights of its lower edge, metres.
+        """
         if item is None:
             return None
         for _ in range(tries):
@@ -169,7 +175,7 @@ class Plan:
         return None
 
     def on_top(self, below: Placed, item: Item, place: tuple[float, float], yaw: float) -> Placed | None:
-        """Place an item on another, at (x, z) in the frame of the lower one; None where it does not rest fully."""
+        """Place an item on another, at (x, z) in the frame of the lower one; None where it is not fully supported."""
         y = below.item.top(*place)
         x, z = below.at(*place)
         if not np.isfinite(y) or y < 0.25:
@@ -179,7 +185,7 @@ class Plan:
         others = [p for p in self.placed if p.y > 0 and p is not below]
         if any(foot.overlaps(p.footprint) for p in others):
             return None
-        # What juts out over the edge would hang in the air.
+        # All corners need support, so that nothing projects over the edge.
         local = turned(foot.corners() - [below.x, below.z], -below.yaw)
         if any(abs(below.item.top(*corner) - y) > 0.02 for corner in local):
             return None

@@ -1,4 +1,4 @@
-"""Groups of furniture that belong together: tables with their seats, desks, bars, beds, things on tops."""
+"""Groups of furniture: tables with their seats, desks, bars, beds, objects on tops."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ LEG_ROOM = 0.5  # metres in front of a seat that stay free
 
 
 def item_of(name: str, parts: list[Part]) -> Item:
-    """A procedural item."""
+    """Return a procedural item, whose name is its category."""
     return Item(name, name, parts)
 
 
 def opposite(placed: Placed) -> list[int]:
+    """Return the number of the wall that an item faces, as a list."""
     yaws = np.array([0.0, np.pi / 2, np.pi, -np.pi / 2])
     return [int(np.argmin(np.cos(yaws - placed.yaw)))]
 
 
 def low_table(plan: Plan, stock: Stock, sofa: Placed) -> None:
+    """Place a low table in front of a sofa in most cases."""
     rng = plan.rng
     item = stock.pick(rng, "low_table", most=max(1.0, 0.8 * sofa.item.size[0]))
     if item is None or rng.random() < 0.15:
@@ -35,7 +37,7 @@ def low_table(plan: Plan, stock: Stock, sofa: Placed) -> None:
 
 
 def beside_table(plan: Plan, stock: Stock, sofa: Placed) -> None:
-    """Armchairs at the sides of the place in front of a sofa, facing it."""
+    """Place seats at both sides of the area in front of a sofa, facing each other."""
     rng = plan.rng
     ahead = sofa.item.box[1][2] + rng.uniform(0.6, 0.9)
     for side in (-1, 1):
@@ -49,12 +51,12 @@ def beside_table(plan: Plan, stock: Stock, sofa: Placed) -> None:
 
 
 def free_seat(plan: Plan, item: Item | None, front: float = LEG_ROOM) -> Placed | None:
-    """A seat at a wall, turned a little, or in a corner."""
-    placed = plan.along_wall(item, gap=plan.rng.uniform(0.03, 0.25), front=front)
-    return placed
+    """Place a seat along a wall; return it, or None."""
+    return plan.along_wall(item, gap=plan.rng.uniform(0.03, 0.25), front=front)
 
 
 def rug(plan: Plan, centre: np.ndarray, yaw: float, scale: float = 1.0) -> None:
+    """Place a rug near a centre (2,), metres, in most cases."""
     rng = plan.rng
     if rng.random() < 0.35:
         return
@@ -67,13 +69,14 @@ def rug(plan: Plan, centre: np.ndarray, yaw: float, scale: float = 1.0) -> None:
 
 
 def storage(plan: Plan, names: list[str], count: int) -> None:
+    """Place up to ``count`` pieces of storage, builders of storage.py by name, along the walls."""
     for name in plan.rng.permutation(names)[:count]:
         parts = getattr(cupboards, str(name))(plan.rng)
         plan.along_wall(item_of(str(name), parts), front=0.35)
 
 
 def keep_beside(plan: Plan, bed: Placed, side: int) -> None:
-    """Keeps a strip beside a bed free, if there is room for one."""
+    """Keep a strip beside a bed free, if there is room for one."""
     low, high = bed.item.box
     x = (high[0] + 0.3) if side > 0 else (low[0] - 0.3)
     strip = Rectangle(
@@ -84,7 +87,7 @@ def keep_beside(plan: Plan, bed: Placed, side: int) -> None:
 
 
 def desk(plan: Plan, stock: Stock, seats: tuple[str, ...]) -> None:
-    """A desk with its front to the room and a chair pulled out from it."""
+    """Place a desk that faces the room, with a chair pulled out."""
     rng = plan.rng
     item = stock.pick(rng, "desk", "table", most=2.0)
     desk = plan.along_wall(item, gap=rng.uniform(0.02, 0.1))
@@ -103,7 +106,7 @@ def table_group(
     plan: Plan, stock: Stock, tables: tuple[str, ...], seats: tuple[str, ...], most: int, centre: bool = False,
     seat: Item | None = None,
 ) -> Placed | None:  # fmt: skip
-    """Place a table with seats around it, most of them pulled out far enough to be sat on."""
+    """Place a table with seats around it, most of them pulled out far enough for sitting; return it, or None."""
     rng = plan.rng
     width, depth, _ = plan.shell.size
     item = stock.pick(rng, *tables, most=0.6 * max(width, depth))
@@ -143,6 +146,7 @@ def table_group(
 
 
 def bar_stools(plan: Plan, stock: Stock, bar: Placed | None) -> None:
+    """Place stools in front of a bar."""
     rng = plan.rng
     stool = stock.pick(rng, "bar_stool")
     if bar is None or stool is None:
@@ -155,7 +159,7 @@ def bar_stools(plan: Plan, stock: Stock, bar: Placed | None) -> None:
 
 
 def put_on(plan: Plan, below: Placed, kind: str, count: int) -> None:
-    """Things on a table or a cupboard."""
+    """Place objects on a table or a cupboard."""
     rng = plan.rng
     low, high = below.item.box
     for _ in range(count):

@@ -1,4 +1,4 @@
-"""The seven kinds of rooms: what stands in them and how it stands to each other."""
+"""The seven kinds of rooms: their furniture and its arrangement."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .stock import Stock
 
 
 def living(plan: Plan, stock: Stock) -> None:
-    """Sofas and armchairs about a low table, a screen opposite, shelves."""
+    """Furnish a living room: sofas and armchairs around a low table, a screen opposite, shelves."""
     rng = plan.rng
     sofa = plan.along_wall(
         stock.pick(rng, "sofa", "sofa", "l_sofa", most=0.8 * max(plan.shell.size[:2])),
@@ -53,7 +53,7 @@ def living(plan: Plan, stock: Stock) -> None:
 
 
 def bedroom(plan: Plan, stock: Stock) -> None:
-    """One bed or two, nightstands, wardrobes, a chair or a desk."""
+    """Furnish a bedroom: one bed or two, nightstands, wardrobes, a chair or a desk."""
     rng = plan.rng
     for number in range(2 if rng.random() < 0.25 else 1):
         bed = plan.along_wall(stock.pick(rng, "bed"), gap=0.03, air=0.35 if number == 0 else 0.1)
@@ -78,7 +78,7 @@ def bedroom(plan: Plan, stock: Stock) -> None:
 
 
 def dining(plan: Plan, stock: Stock) -> None:
-    """A table with chairs in the middle, sideboards along the walls."""
+    """Furnish a dining room: a table with chairs in the middle, sideboards along the walls."""
     rng = plan.rng
     table = table_group(
         plan, stock, ("table", "table", "small_table", "desk"), ("chair", "chair", "bench"), 8, centre=True
@@ -91,7 +91,7 @@ def dining(plan: Plan, stock: Stock) -> None:
 
 
 def kitchen(plan: Plan, stock: Stock) -> None:
-    """A counter along one wall or two, a fridge, a table with chairs or stools."""
+    """Furnish a kitchen: a counter along one wall or two, a fridge, a table with chairs or stools."""
     rng = plan.rng
     longest = max(plan.shell.size[:2])
     for number in range(1 if rng.random() < 0.5 else 2):
@@ -109,7 +109,7 @@ def kitchen(plan: Plan, stock: Stock) -> None:
 
 
 def office(plan: Plan, stock: Stock) -> None:
-    """Desks with chairs, shelves, a whiteboard, a table to meet at."""
+    """Furnish an office: desks with chairs, shelves, a whiteboard, a meeting table."""
     rng = plan.rng
     area = plan.shell.size[0] * plan.shell.size[1]
     for _ in range(int(rng.integers(1, 3 + int(area > 22)))):
@@ -123,7 +123,7 @@ def office(plan: Plan, stock: Stock) -> None:
 
 
 def waiting(plan: Plan, stock: Stock) -> None:
-    """Seats in rows along the walls, low tables, a counter."""
+    """Furnish a waiting room: rows of seats along the walls, low tables, a counter."""
     rng = plan.rng
     if rng.random() < 0.7:
         plan.along_wall(
@@ -149,7 +149,7 @@ def waiting(plan: Plan, stock: Stock) -> None:
 
 
 def cafe(plan: Plan, stock: Stock) -> None:
-    """Small tables with chairs, a bar with high stools."""
+    """Furnish a cafe: small tables with chairs, a bar with high stools."""
     rng = plan.rng
     if rng.random() < 0.8:
         bar = plan.along_wall(
@@ -172,7 +172,7 @@ KINDS: dict[str, Callable[[Plan, Stock], None]] = {
 
 
 def finish(plan: Plan, kind: str) -> None:
-    """Pictures, plants, lamps, and things on tables and cupboards."""
+    """Add pictures, plants, lamps, and objects on tables and cupboards."""
     rng = plan.rng
     for _ in range(int(rng.integers(0, 5))):
         plan.on_wall(item_of("picture", cupboards.board(rng, "picture")), 1.1, 1.6)

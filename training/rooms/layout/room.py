@@ -1,4 +1,4 @@
-"""A furnished room: its triangles with classes, objects and paints, and what stands where."""
+"""A furnished room: its triangles with classes, objects and paints, and the placements of its items."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from . import kinds, shell
 from .floorplan import Placed, Plan
 from .stock import Stock
 
-SIDES = (3.0, 8.0)  # metres, of the floor
+SIDES = (3.0, 8.0)  # sides of the floor, metres
 AREA = (12.0, 40.0)  # square metres
 HEIGHT = (2.4, 2.9)
 PANE = "pane"
@@ -21,11 +21,10 @@ SHELL_OBJECT = -1
 
 @dataclass
 class Room:
-    """Network frame, metres, the middle of the floor at the origin.
+    """A furnished room in the network frame, metres, with the middle of the floor at the origin.
 
     triangles: (F, 3, 3). classes: (F,) see classes.CLASSES. objects: (F,) index into names, -1 for the shell.
-    paints: (F,) number of the paint; paint_names: of all paints. names, categories: of the items; places: (N, 4) x, y,
-    z and yaw. seats: which items carry people.
+    paints: (F,) index into paint_names. names, categories: of the N items. places: (N, 4) their x, y, z and yaw.
     """
 
     kind: str
@@ -45,7 +44,7 @@ class Room:
         return [k for k, c in enumerate(self.categories) if OF_CATEGORY.get(c) in ("chair", "sofa", "bed")]
 
     def save(self, path: Path) -> None:
-        """One compressed file."""
+        """Write the room to one compressed file."""
         np.savez_compressed(
             path, kind=self.kind, size=np.array(self.size), triangles=self.triangles.astype(np.float32),
             classes=self.classes, objects=self.objects, paints=self.paints, paint_names=np.array(self.paint_names),
@@ -54,7 +53,7 @@ class Room:
 
     @classmethod
     def load(cls, path: Path) -> Room:
-        """What save wrote."""
+        """Read a room written by save."""
         with np.load(path) as d:
             return cls(
                 str(d["kind"]), tuple(float(v) for v in d["size"]), d["triangles"].astype(np.float64), d["classes"],
@@ -64,7 +63,7 @@ class Room:
 
 
 def furnish(kind: str, stock: Stock, rng: np.random.Generator) -> Room:
-    """A new room of a kind (one of kinds.KINDS); the same for the same stock and state of rng."""
+    """Return a new room of a kind (one of kinds.KINDS), deterministic in the stock and the rng's state."""
     while True:
         width, depth = rng.uniform(*SIDES, 2)
         if AREA[0] <= width * depth <= AREA[1] and max(width, depth) < 2.2 * min(width, depth):

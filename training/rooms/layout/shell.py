@@ -9,15 +9,18 @@ import numpy as np
 from ...furniture import shapes
 from ..classes import Part
 
-THICK = 0.14  # metres of a wall
+THICK = 0.14  # thickness of a wall, metres
 DOOR = (0.82, 2.02)  # metres, width and height
 WALLS = 4
 
 
 @dataclass(frozen=True)
 class Opening:
-    """A door or a window in a wall. wall: number. at: metres along the wall from its middle to the opening's. size:
-    width and height. sill: metres over the floor."""
+    """A door or a window in a wall.
+
+    wall: number of the wall. at: position along the wall from its middle, metres. size: width and height, metres. sill:
+    height over the floor, metres.
+    """
 
     kind: str
     wall: int
@@ -28,7 +31,7 @@ class Opening:
 
 @dataclass
 class Shell:
-    """size: width (x), depth (z), height in metres. parts: with the names of paints that all walls share."""
+    """The shell of a room. size: width (x), depth (z), height, metres. parts: with the names of their paints."""
 
     size: tuple[float, float, float]
     openings: list[Opening]
@@ -36,7 +39,7 @@ class Shell:
 
 
 def wall_frame(size: tuple[float, float, float], wall: int) -> tuple[np.ndarray, float, float]:
-    """Middle of a wall's inner foot (x, z), the yaw that faces the room, and the wall's length."""
+    """Return the middle (x, z) of a wall's inner foot, the yaw that faces the room, and the wall's length, metres."""
     yaw = (0.0, np.pi / 2, np.pi, -np.pi / 2)[wall]
     width, depth, _ = size
     inwards = np.array([np.sin(yaw), np.cos(yaw)])
@@ -44,7 +47,7 @@ def wall_frame(size: tuple[float, float, float], wall: int) -> tuple[np.ndarray,
 
 
 def build(size: tuple[float, float, float], windows: tuple[int, int], rng: np.random.Generator) -> Shell:
-    """A shell with one or two doors and a number of windows between two bounds."""
+    """Return a shell with one or two doors and a random number of windows in a range."""
     openings: list[Opening] = []
     for _ in range(1 if size[0] * size[1] < 20 or rng.random() < 0.6 else 2):
         _add(openings, size, "door", DOOR, 0.0, rng)
@@ -65,7 +68,7 @@ def _add(
     openings: list[Opening], size: tuple[float, float, float], kind: str, extent: tuple[float, float], sill: float,
     rng: np.random.Generator,
 ) -> None:  # fmt: skip
-    """Adds an opening where it keeps clear of the corners and of the others, if there is room."""
+    """Add an opening clear of corners and other openings, if there is room."""
     for _ in range(12):
         wall = int(rng.integers(WALLS))
         room = wall_frame(size, wall)[2] / 2 - extent[0] / 2 - 0.25
@@ -79,7 +82,7 @@ def _add(
 
 
 def placed(triangles: np.ndarray, middle: np.ndarray, yaw: float, height: float = 0.0) -> np.ndarray:
-    """Triangles of a wall's or an item's own frame put into the room."""
+    """Return triangles of a wall's or an item's own frame in the room's frame."""
     return shapes.turned(triangles, yaw) + [middle[0], height, middle[1]]
 
 
@@ -114,7 +117,7 @@ def _between_doors(openings: list[Opening], length: float) -> list[tuple[float, 
 
 
 def _rim(o: Opening, thick: float, low: float, high: float) -> list[np.ndarray]:
-    """A frame around an opening."""
+    """Return the boxes of a frame around an opening."""
     x, top = o.size[0] / 2, o.sill + o.size[1]
     bars = [
         shapes.box((o.at - x - thick, o.sill, low), (o.at - x, top, high)),

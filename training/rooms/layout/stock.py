@@ -1,4 +1,4 @@
-"""What rooms are furnished with: seats, beds and tables of one side of the held-out split, and procedural things."""
+"""The stock of rooms: seats, beds and tables of one side of the held-out split, and procedural pieces."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ from ..classes import OF_CATEGORY, Part
 # Procedural pieces of each category in a training stock.
 PROCEDURAL = {"chair": 30, "armchair": 16, "stool": 6, "bar_stool": 8, "bench": 8, "sofa": 18, "l_sofa": 8,
               "office_chair": 12, "pouf": 6, "bed": 14, "table": 36}  # fmt: skip
-LOW_TABLE, SMALL = 0.58, 1.0  # metres of height, and of the longer side
+LOW_TABLE, SMALL = 0.58, 1.0  # largest height of a low table, and longer side of a small one, metres
 
 
 @dataclass(frozen=True)
 class Item:
-    """Something that can stand in a room. Its own frame: front +Z, on y = 0, metres. seat: whether it is a piece of
-    furniture that carries people or a table."""
+    """An item of a room in its own frame: front +Z, on y = 0, metres."""
 
     name: str
     category: str
@@ -42,7 +41,7 @@ class Item:
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """What a body can be in, for measuring its depth."""
+        """The item as obstacles, for measuring penetration."""
         return Obstacles(self.triangles)
 
     @property
@@ -51,7 +50,7 @@ class Item:
         return self.box[1] - self.box[0]
 
     def top(self, x: float, z: float) -> float:
-        """Height of the highest surface at a place of its own frame, metres; -inf beside it."""
+        """Return the height, metres, of the highest surface at (x, z) in the item's frame; -inf outside."""
         a, b, c = (self.triangles[:, k][:, [0, 2]] - [x, z] for k in range(3))
         cross = lambda p, q: p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
         u, v, w = cross(b, c), cross(c, a), cross(a, b)
@@ -64,7 +63,7 @@ class Item:
 
 
 class Stock:
-    """Items by category; draws are the caller's rng's."""
+    """Items by category; random choices use the caller's rng."""
 
     def __init__(self, items: list[Item]) -> None:
         self.of: dict[str, list[Item]] = defaultdict(list)
@@ -72,11 +71,11 @@ class Stock:
             self.of[item.category].append(item)
 
     def named(self) -> dict[str, Item]:
-        """All items by name."""
+        """Return all items by name."""
         return {item.name: item for items in self.of.values() for item in items}
 
     def pick(self, rng: np.random.Generator, *categories: str, most: float = np.inf) -> Item | None:
-        """A random item of some categories, at most so wide and deep in metres, each category as likely as another."""
+        """Return a random item, at most ``most`` metres wide and deep, of a random category; None without one."""
         fits = [[i for i in self.of[c] if max(i.size[0], i.size[2]) <= most] for c in categories]
         fits = [items for items in fits if items]
         if not fits:
@@ -90,7 +89,7 @@ def build(
 ) -> Stock:
     """Return the stock of training rooms, real and procedural, or of test rooms, held-out real pieces only.
 
-    seats: replace all items that carry people; tables stay.
+    seats: replacements of all items for sitting and lying; tables stay.
     """
     pieces = furniture.load(folder, held_out=test) if (Path(folder) / "manifest.csv").exists() else []
     if not test:

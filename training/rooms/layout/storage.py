@@ -1,4 +1,4 @@
-"""Procedural storage and boards, front +Z, on y = 0, back at z = 0: cupboards, shelves, counters, boards."""
+"""Procedural storage and boards: cupboards, shelves, counters, boards; front +Z, on y = 0, back at z = 0, metres."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Rng = np.random.Generator
 def _fronts(
     rng: Rng, width: float, low: float, high: float, z: float, columns: int, rows: int
 ) -> list[np.ndarray]:
-    """Doors or drawers on a front, parted by narrow gaps, with handles."""
+    """Return doors or drawers on a front, with narrow gaps and handles."""
     xs, ys = np.linspace(-width / 2, width / 2, columns + 1), np.linspace(low, high, rows + 1)
     knob, parts = rng.random() < 0.5, []
     for a, b in zip(xs[:-1], xs[1:], strict=True):
@@ -26,7 +26,7 @@ def _fronts(
 
 
 def cabinet(rng: Rng, width: float, height: float, depth: float, columns: int, rows: int) -> list[Part]:
-    """A closed cupboard on a plinth or on feet."""
+    """Return a closed cupboard on a plinth or on feet."""
     foot = rng.choice([0.0, rng.uniform(0.05, 0.18)]) if height < 1.2 else rng.uniform(0.0, 0.08)
     x = width / 2
     parts = [shapes.box((-x, foot, 0), (x, height, depth - 0.02), 3)]
@@ -41,7 +41,7 @@ def cabinet(rng: Rng, width: float, height: float, depth: float, columns: int, r
 
 
 def wardrobe(rng: Rng) -> list[Part]:
-    """A tall cupboard for clothes, 1 to 2.4 m wide."""
+    """Return a tall cupboard for clothes, 1 to 2.4 m wide."""
     doors = int(rng.integers(2, 5))
     return cabinet(
         rng, doors * rng.uniform(0.45, 0.6), rng.uniform(1.85, 2.25), rng.uniform(0.52, 0.62), doors, 1
@@ -49,7 +49,7 @@ def wardrobe(rng: Rng) -> list[Part]:
 
 
 def sideboard(rng: Rng) -> list[Part]:
-    """A low, wide cupboard."""
+    """Return a low, wide cupboard."""
     columns = int(rng.integers(2, 5))
     width = columns * rng.uniform(0.4, 0.55)
     return cabinet(
@@ -58,25 +58,25 @@ def sideboard(rng: Rng) -> list[Part]:
 
 
 def drawers(rng: Rng) -> list[Part]:
-    """A chest of drawers."""
+    """Return a chest of drawers."""
     return cabinet(
         rng, rng.uniform(0.6, 1.1), rng.uniform(0.75, 1.2), rng.uniform(0.4, 0.5), 1, int(rng.integers(3, 6))
     )
 
 
 def nightstand(rng: Rng) -> list[Part]:
-    """A small cupboard beside a bed."""
+    """Return a small cupboard beside a bed."""
     size = rng.uniform(0.38, 0.5)
     return cabinet(rng, size, rng.uniform(0.4, 0.6), rng.uniform(0.34, 0.42), 1, int(rng.integers(1, 3)))
 
 
 def fridge(rng: Rng) -> list[Part]:
-    """A fridge with one or two doors one over the other."""
+    """Return a fridge with one door or two stacked ones."""
     return cabinet(rng, rng.uniform(0.56, 0.7), rng.uniform(1.4, 1.95), 0.64, 1, int(rng.integers(1, 3)))
 
 
 def counter(rng: Rng, width: float, wall_cupboards: bool) -> list[Part]:
-    """A run of kitchen cupboards with a worktop, a basin and a hob; cupboards on the wall over it."""
+    """Return a run of kitchen cupboards with a worktop, a basin and a hob, and optional wall cupboards."""
     depth, height, columns = 0.6, rng.uniform(0.86, 0.93), max(int(round(width / 0.55)), 1)
     x = width / 2
     parts = [shapes.box((-x, 0.1, 0), (x, height - 0.04, depth - 0.03), 3)]
@@ -113,7 +113,7 @@ def counter(rng: Rng, width: float, wall_cupboards: bool) -> list[Part]:
 
 
 def desk_counter(rng: Rng, width: float) -> list[Part]:
-    """A reception or bar counter, closed to the front."""
+    """Return a reception or bar counter, closed to the front."""
     x, height = width / 2, rng.uniform(0.98, 1.12)
     body = [shapes.box((-x, 0, 0.05), (x, height - 0.04, 0.5), 4)]
     body += [
@@ -127,7 +127,7 @@ def desk_counter(rng: Rng, width: float) -> list[Part]:
 
 
 def bookshelf(rng: Rng) -> list[Part]:
-    """An open shelf, with books and things on its boards."""
+    """Return an open shelf with books."""
     width, depth = rng.uniform(0.6, 1.6), rng.uniform(0.25, 0.36)
     height, rows = rng.uniform(0.8, 2.15), 0
     rows = max(int(height / rng.uniform(0.3, 0.42)), 2)
@@ -161,7 +161,7 @@ def _row_of_books(rng: Rng, a: float, b: float, low: float, room: float, depth: 
 
 
 def board(rng: Rng, kind: str) -> list[Part]:
-    """What hangs on a wall, its back at z = 0, its lower edge at y = 0: a whiteboard, picture or screen."""
+    """Return a whiteboard, picture or screen to hang on a wall, back at z = 0, lower edge at y = 0."""
     sizes = {
         "whiteboard": ((1.0, 2.0), (0.8, 1.2)),
         "picture": ((0.3, 1.2), (0.3, 0.9)),

@@ -1,1 +1,1 @@
-"""Pictures of rooms with people by ray tracing: colour, depth, normals and classes, without a screen."""
+"""Ray-traced pictures of rooms with people: colour, depth, normals and classes, without a display."""

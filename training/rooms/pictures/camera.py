@@ -1,4 +1,4 @@
-"""Cameras at plausible heights and with plausible lenses that see a person in a room."""
+"""Cameras with plausible heights and lenses and a person in view."""
 
 from __future__ import annotations
 
@@ -16,29 +16,34 @@ WALL_GAP = 0.15  # metres between a camera and a wall
 
 @dataclass(frozen=True)
 class Camera:
-    """position: (3,) metres. axes: (3, 3), rows are the camera's right, up and backward directions in the room. lens:
-    horizontal field of view, radians. Pixels are square."""
+    """A pinhole camera with square pixels.
+
+    position: (3,) metres. axes: (3, 3), rows are the camera's right, up and backward directions in the room. lens:
+    horizontal field of view, radians.
+    """
 
     position: np.ndarray
     axes: np.ndarray
     lens: float
 
     def intrinsics(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """(3, 3) matrix from camera coordinates (x right, y down, z forward) to pixels."""
+        """Return the matrix (3, 3) from camera coordinates (x right, y down, z forward) to pixels."""
         width, height = size
         focal = width / 2 / np.tan(self.lens / 2)
         return np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1.0]])
 
     def extrinsics(self) -> np.ndarray:
-        """(4, 4) matrix from the room to camera coordinates (x right, y down, z forward)."""
+        """Return the matrix (4, 4) from the room to camera coordinates (x right, y down, z forward)."""
         out = np.eye(4)
         out[:3, :3] = self.axes * np.array([[1.0], [-1.0], [-1.0]])
         out[:3, 3] = -out[:3, :3] @ self.position
         return out
 
     def rays(self, size: tuple[int, int] = SIZE, jitter: np.ndarray | None = None) -> np.ndarray:
-        """Unit directions (height, width, 3) through the pixels' middles, or where jitter (height, width, 2), 0 to 1,
-        says."""
+        """Return unit directions (height, width, 3) through the pixels' centres.
+
+        jitter: (height, width, 2) positions within the pixels, 0 to 1, instead of the centres.
+        """
         width, height = size
         x, y = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
         shift = np.full((height, width, 2), 0.5) if jitter is None else jitter
@@ -48,7 +53,7 @@ class Camera:
         return way / np.linalg.norm(way, axis=-1, keepdims=True)
 
     def project(self, points: np.ndarray, size: tuple[int, int] = SIZE) -> tuple[np.ndarray, np.ndarray]:
-        """Pixels (..., 2) and depths (...) in metres of points (..., 3)."""
+        """Return the pixels (..., 2) and depths (...), metres, of points (..., 3)."""
         local = (points - self.position) @ self.axes.T
         depth = -local[..., 2]
         focal = size[0] / 2 / np.tan(self.lens / 2)
@@ -59,7 +64,7 @@ class Camera:
 
 
 def looking(position: np.ndarray, target: np.ndarray, lens: float, roll: float = 0.0) -> Camera:
-    """A camera at a position (3,) that looks at a target (3,)."""
+    """Return a camera at a position (3,) that looks at a target (3,); lens and roll in radians."""
     back = (position - target) / np.linalg.norm(position - target)
     right = np.cross([0.0, 1.0, 0.0], back)
     right /= np.linalg.norm(right)
@@ -71,9 +76,9 @@ def looking(position: np.ndarray, target: np.ndarray, lens: float, roll: float =
 def draw(
     room: Room, person: np.ndarray, free: np.ndarray, rng: np.random.Generator, tries: int = 30
 ) -> tuple[Camera, np.ndarray] | None:
-    """A camera that has points of a person (N, 3) in its picture, and their depths; None if none was found.
+    """Return a random camera with points of a person (N, 3) in its picture, and their depths; None if none fits.
 
-    free: (M, 2) places of x and z where nothing stands. What hides the person the caller has to check.
+    free: (M, 2) unoccupied positions, x and z, metres. Occlusion is left to the caller.
     """
     width, depth, height = room.size
     middle = person.mean(0)
@@ -82,7 +87,7 @@ def draw(
         fits = np.flatnonzero((far > 1.6) & (far < 6.5))
         if not len(fits):
             return None
-        # Distant places show more of the room.
+        # Distant positions show more of the room.
         place = free[rng.choice(fits, p=far[fits] / far[fits].sum())]
         eye = rng.uniform(HEIGHTS[0], min(HEIGHTS[1], height - 0.25))
         position = np.array([place[0], eye, place[1]])

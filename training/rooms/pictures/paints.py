@@ -1,4 +1,4 @@
-"""Colours, patterns and light, drawn anew for each picture."""
+"""Random colours, patterns and light for each picture."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..classes import CLASS, PERSON
 from ..layout.room import PANE, Room
 
 OUTSIDE = np.iinfo(np.int16).max
-# Paints of people: minus one and down, in the order of body.human.MATERIALS.
+# Paints of people: -1 and below, in the order of body.human.MATERIALS.
 PEOPLE = 7
 _HUES = {  # hue, saturation and value, each between two bounds, by the kind of material
     "wood": ((0.05, 0.11), (0.25, 0.65), (0.25, 0.8)), "white": ((0.08, 0.17), (0.0, 0.1), (0.75, 0.95)),
@@ -33,7 +33,7 @@ _MATERIALS = {
 
 @dataclass
 class Paint:
-    """Colours (2, 3) in linear light, a pattern and its scale in 1/m, and how much the surface shines, 0 to 1."""
+    """Colours (2, 3) in linear light, a pattern with its scale (1/m) and rotation (radians), and gloss, 0 to 1."""
 
     colours: np.ndarray
     pattern: str
@@ -44,8 +44,11 @@ class Paint:
 
 @dataclass
 class Light:
-    """sun: direction to it (3,) and colour (3,). lamps: places (L, 3) and colours (L, 3). sky: colour (3,) through
-    windows and beyond; fill: (3,) light from everywhere; exposure, contrast, warmth: of the camera."""
+    """The light of a room, in linear colours.
+
+    sun: direction towards it (3,), with sun_colour (3,). lamps: positions (L, 3), with lamp_colours (L, 3). sky: colour
+    (3,) outside. fill: ambient light (3,). exposure: of the camera.
+    """
 
     sun: np.ndarray
     sun_colour: np.ndarray
@@ -57,23 +60,23 @@ class Light:
 
 
 def colour(kind: str, rng: np.random.Generator) -> np.ndarray:
-    """A random colour (3,) of a kind of material, linear light."""
+    """Return a random colour (3,) of a kind of material, linear light."""
     hue, saturation, value = (rng.uniform(*bounds) for bounds in _HUES[kind])
     return np.array(colorsys.hsv_to_rgb(hue % 1.0, saturation, value)) ** 2.2
 
 
 def draw(room: Room, rng: np.random.Generator) -> dict[int, Paint]:
-    """A paint for each number in the room and for people (negative)."""
+    """Return random paints by number, for the room and for people (negative numbers)."""
     paints, walls = {}, _paint("wall", rng)
     klass = {int(p): int(c) for p, c in zip(*_first(room.paints, room.classes), strict=True)}
     family: dict[tuple[int, str], Paint] = {}
     for number, name in enumerate(room.paint_names):
         kind = next((k for k, v in CLASS.items() if v == klass.get(number)), "clutter")
         if name.startswith("wall"):
-            # One wall in eight is of another colour.
+            # One wall in eight has another colour.
             paints[number] = _paint("wall", rng) if rng.random() < 0.12 else walls
         elif kind in ("cupboard", "shelf"):
-            # Cupboards of a room match.
+            # Cupboards of a room share their paints.
             key = (CLASS[kind], name.split("/")[-1])
             paints[number] = family.setdefault(key, _paint(kind, rng))
         else:
@@ -119,7 +122,7 @@ _SKINS = np.array(
 
 
 def _person(part: int, rng: np.random.Generator) -> Paint:
-    """Skin, clothes, trousers, shoes, hair, eyes, pupils."""
+    """Return the paint of a person's part: skin, clothes, trousers, shoes, hair, eyes, pupils."""
     if part == 0:
         base = _SKINS[rng.integers(len(_SKINS))] ** 2.2
         return Paint(np.stack([base, base]), "plain", 1.0, 0.0, 0.1)
@@ -143,7 +146,7 @@ def _person(part: int, rng: np.random.Generator) -> Paint:
 def albedo(
     paints: dict[int, Paint], numbers: np.ndarray, points: np.ndarray, normals: np.ndarray
 ) -> np.ndarray:
-    """Colours (N, 3) of surface points (N, 3) with paints (N,); patterns lie along the dominant plane."""
+    """Return the colours (N, 3) of surface points (N, 3) with paints (N,); patterns follow the dominant plane."""
     out = np.full((len(numbers), 3), 0.5)
     for number in np.unique(numbers):
         paint = paints.get(int(number))
@@ -156,7 +159,7 @@ def albedo(
 
 
 def _pattern(paint: Paint, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Share (N,) of the second colour."""
+    """Return the share (N,) of the second colour."""
     if paint.pattern == "plain":
         return np.zeros(len(points))
     axis = np.abs(normals).argmax(1)
@@ -181,7 +184,7 @@ def _hash(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _noise(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Smooth noise (N,), 0 to 1."""
+    """Return smooth noise (N,), 0 to 1."""
     x, y = np.floor(u), np.floor(v)
     fx, fy = u - x, v - y
     fx, fy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)
@@ -201,7 +204,7 @@ _PATTERNS = {
 
 
 def light(room: Room, rng: np.random.Generator) -> Light:
-    """By day through the windows, in the evening by lamps, or both."""
+    """Return random light: daylight through the windows, lamps in the evening, or both."""
     height = rng.uniform(0.25, 1.0)
     yaw = rng.uniform(0, 2 * np.pi)
     sun = np.array([np.sin(yaw) * np.cos(height), np.sin(height), np.cos(yaw) * np.cos(height)])
@@ -222,5 +225,5 @@ def light(room: Room, rng: np.random.Generator) -> Light:
 
 
 def is_person(classes: np.ndarray) -> np.ndarray:
-    """Flags of pixels on people."""
+    """Flag pixels on people."""
     return classes == PERSON

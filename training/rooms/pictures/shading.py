@@ -1,4 +1,4 @@
-"""One picture: rays, light and shadow, one bounce of light from all around, and the maps beside it."""
+"""Shade one picture: direct light with shadows, one bounce of ambient light, and its depth, normals and classes."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ from .camera import SIZE, Camera
 from .paints import Light, Paint
 from .tracer import NUDGE, Body, Hits, Tracer
 
-AROUND = 6  # rays a pixel for the light from all around
-SOFT = 0.08  # metres, radius of a lamp
-SUN_BLUR = 0.008  # radians
-FAR_LAMP = 1.0  # metres at which the colour of a lamp is its irradiance
+AROUND = 6  # rays per pixel for ambient light
+SOFT = 0.08  # radius of a lamp, metres
+SUN_BLUR = 0.008  # angular sigma of the sun, radians
+FAR_LAMP = 1.0  # distance (m) at which a lamp's irradiance is its colour
 
 
 @dataclass
 class Picture:
-    """colour: (H, W, 3) uint8. depth: (H, W) metres along the camera's axis. normal: (H, W, 3) in camera coordinates
-    (x right, y down, z forward). classes: (H, W)."""
+    """A picture with its maps.
+
+    colour: (H, W, 3) uint8. depth: (H, W) metres along the camera's axis. normal: (H, W, 3) in camera coordinates (x
+    right, y down, z forward). classes: (H, W).
+    """
 
     colour: np.ndarray
     depth: np.ndarray
@@ -32,7 +35,7 @@ def picture(
     tracer: Tracer, camera: Camera, paints: dict[int, Paint], light: Light, body: Body | None,
     rng: np.random.Generator, size: tuple[int, int] = SIZE, samples: int = 2,
 ) -> Picture:  # fmt: skip
-    """The picture of a room with a body in it. samples: jittered rays a pixel for the colours."""
+    """Render a room with a body. samples: jittered rays per pixel for the colours."""
     width, height = size
     straight = camera.rays(size).reshape(-1, 3)
     eye = np.broadcast_to(camera.position, straight.shape)
@@ -67,7 +70,7 @@ def picture(
 def _direct(
     tracer: Tracer, hits: Hits, light: Light, body: Body | None, rng: np.random.Generator
 ) -> np.ndarray:
-    """Light (N, 3) from the sun and the lamps, in soft shadows."""
+    """Return the light (N, 3) from the sun and the lamps, with soft shadows."""
     start = hits.point + hits.normal * NUDGE
     out = np.zeros((len(start), 3))
     if light.sun_colour.any():
@@ -90,7 +93,7 @@ def _coarse_around(
     tracer: Tracer, seen: Hits, paints: dict[int, Paint], light: Light, body: Body | None,
     rng: np.random.Generator, size: tuple[int, int],
 ) -> np.ndarray:  # fmt: skip
-    """Light (N, 3) from all around of one pixel in four, for all four."""
+    """Return the ambient light (N, 3), computed for one pixel in four and repeated."""
     width, height = size
     rows = np.arange(width * height).reshape(height, width)[::2, ::2]
     few = Hits(*(getattr(seen, name)[rows.ravel()] for name in Hits.__dataclass_fields__))
@@ -106,7 +109,7 @@ def _around(
     body: Body | None,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Light (N, 3) from all around: what rays at random see, sky through windows or surfaces in the fill light."""
+    """Return the ambient light (N, 3) along random rays: the sky through windows, or surfaces in the fill light."""
     start = seen.point + seen.normal * NUDGE
     out = np.zeros((len(start), 3))
     mean = {number: paint.colours.mean(0) for number, paint in paints.items()}
@@ -119,7 +122,7 @@ def _around(
         row = np.clip(np.searchsorted(numbers, found.paints), 0, len(numbers) - 1)
         colour = table[row]
         sky = (found.classes == 4) & (colour.min(-1) > 0.85) | ~np.isfinite(found.distance)
-        # Near surfaces are as dark as what lies between them.
+        # Darken contributions of near surfaces, as ambient occlusion does.
         near = np.clip(found.distance / 0.7, 0.15, 1.0)[:, None]
         out += np.where(sky[:, None], light.sky, light.fill * near * (0.35 + 0.9 * colour))
     return out / AROUND
@@ -133,7 +136,7 @@ def _sphere(count: int, rng: np.random.Generator) -> np.ndarray:
 def _smoothed(
     values: np.ndarray, seen: Hits, size: tuple[int, int], rounds: tuple[int, ...] = (1, 2)
 ) -> np.ndarray:
-    """Noise taken off where neighbours lie in one plane (N, 3): a few sparse crosses."""
+    """Return values (N, 3) denoised by averaging neighbours in the same plane, with growing strides."""
     width, height = size
     grid = values.reshape(height, width, 3)
     normal = seen.normal.reshape(height, width, 3)
@@ -155,7 +158,7 @@ def _smoothed(
 
 
 def _glints(hits: Hits, ways: np.ndarray, light: Light, gloss: np.ndarray) -> np.ndarray:
-    """Highlights (N, 3) of the lamps."""
+    """Return the highlights (N, 3) of the lamps."""
     out = np.zeros((len(ways), 3))
     mirrored = ways - 2 * (ways * hits.normal).sum(-1, keepdims=True) * hits.normal
     for place, colour in zip(light.lamps, light.lamp_colours, strict=True):
@@ -166,7 +169,7 @@ def _glints(hits: Hits, ways: np.ndarray, light: Light, gloss: np.ndarray) -> np
 
 
 def _developed(value: np.ndarray, light: Light, rng: np.random.Generator) -> np.ndarray:
-    """Linear light (N, 3) to uint8: exposure by what is seen, a soft shoulder, gamma, a little noise."""
+    """Convert linear light (N, 3) to uint8: automatic exposure, soft shoulder, gamma, slight noise."""
     middle = np.exp(np.log(value.mean(-1) + 1e-4).mean())
     exposed = value * 0.2 * light.exposure / middle
     mapped = exposed / (1 + 0.35 * exposed)

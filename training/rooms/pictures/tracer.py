@@ -1,4 +1,4 @@
-"""Rays into a room and a body in it, by Embree. Network frame, metres."""
+"""Trace rays in a room with a body, by Embree. Network frame, metres."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from ..classes import PERSON
 from ..layout.room import PANE, Room
 
-NUDGE = 2e-3  # metres by which rays begin off a surface
+NUDGE = 2e-3  # offset (m) of a ray's start from its surface
 
 
 @dataclass
 class Hits:
-    """Where rays (N) hit: distance in metres (inf for none), normal (N, 3) towards the eye, class and paint (N,),
-    point (N, 3)."""
+    """Hits of N rays: distance (N,), metres, inf without a hit; normal (N, 3) towards the eye; class, paint (N,);
+    point (N, 3), metres."""
 
     distance: np.ndarray
     normal: np.ndarray
@@ -25,7 +25,7 @@ class Hits:
 
 
 class Body:
-    """A posed body to be seen. vertices: (V, 3). faces: (F, 3). paints: (F,) below 0, as paints.py counts people's."""
+    """A posed body. vertices: (V, 3) metres. faces: (F, 3). paints: (F,) below 0, see paints.PEOPLE."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray, paints: np.ndarray) -> None:
         self.scene = _scene(vertices[faces])
@@ -33,10 +33,10 @@ class Body:
 
 
 class Tracer:
-    """A room's triangles, ready for rays."""
+    """A room's triangles, indexed for ray tracing."""
 
     def __init__(self, room: Room, open_top: bool = False) -> None:
-        """open_top: no ceiling, and walls seen from outside are not there, for views from above."""
+        """Index a room. open_top: leave out the ceiling, for views from above."""
         keep = np.ones(len(room.triangles), bool)
         if open_top:
             keep &= room.classes != 2
@@ -44,11 +44,11 @@ class Tracer:
         self.scene = _scene(room.triangles[keep])
         panes = [k for k, name in enumerate(room.paint_names) if name == PANE]
         clear = np.isin(self.paints, panes)
-        # Light comes through panes.
+        # Panes transmit light.
         self.solid = _scene(room.triangles[keep][~clear])
 
     def trace(self, origins: np.ndarray, directions: np.ndarray, body: Body | None = None) -> Hits:
-        """The first hits of rays from origins (N, 3) along unit directions (N, 3)."""
+        """Return the first hits of rays from origins (N, 3) along unit directions (N, 3)."""
         origins, directions = (np.ascontiguousarray(a, np.float32) for a in (origins, directions))
         found = self.scene.run(origins, directions, output=True)
         hit = found["primID"] >= 0
@@ -75,7 +75,7 @@ class Tracer:
         distances: np.ndarray | float,
         body: Body | None = None,
     ) -> np.ndarray:
-        """Flags (N,): something stands between points (N, 3) and what is so many metres away along directions."""
+        """Flag points (N, 3) with an obstacle within ``distances`` metres along unit directions (N, 3)."""
         points, directions = (np.ascontiguousarray(a, np.float32) for a in (points, directions))
         far = np.broadcast_to(np.asarray(distances, np.float32), len(points)).astype(np.float32)
         shadow = self.solid.run(points, directions, dists=far, query="OCCLUDED") >= 0
@@ -85,7 +85,7 @@ class Tracer:
 
 
 def _scene(triangles: np.ndarray):  # noqa: ANN202
-    # Needed by the training of Scene GAN only: not a dependency of the extension.
+    # Only needed to train Scene GAN; not a dependency of the extension.
     from embreex import rtcore_scene
     from embreex.mesh_construction import TriangleMesh
 

@@ -1,1 +1,1 @@
-"""What people do on furniture: sits and lies in the frame of a piece, composed, fitted, or read from a file."""
+"""Uses of furniture: sits and lies in the frame of a piece, composed, fitted, or read from a file."""

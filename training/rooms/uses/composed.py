@@ -1,4 +1,4 @@
-"""Uses by today's composers: captured sits carried to the height of a seat, lies composed of sits and reclines."""
+"""Composed uses: captured sits adapted to the height of a seat, lies composed of sits and reclines."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from ...mocap.events import SitEvent, headings, label_runs, sit_events
 from ..layout.stock import Item
 from .use import AFTER, BEFORE, Use, cached, in_frame, of_sequence
 
-MOST_LIFT = 0.12  # metres by which a captured sit is raised or lowered
+MOST_LIFT = 0.12  # metres by which a captured sit may be raised or lowered
 GOALS = 3  # places on a piece
-TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured pieces tried for each place
+TRIES = {"whole": 7, "hold": 3, "up": 4}  # captured excerpts to try for each place
 LIES, LIE_TRIES = 4, 9
-FORWARD = (0.0, 0.08, 0.16)  # metres towards the edge by which deep seats are sat on, in this order
-WORTH = 0.6  # of the best place's score
+FORWARD = (0.0, 0.08, 0.16)  # offsets (m) towards the edge, tried in this order on deep seats
+WORTH = 0.6  # least score of a place, relative to the best one's
 
 
 @dataclass(frozen=True)
 class _Sitting:
-    """A captured stretch. offset: bank frame of the clip's first frame; the others as in Use, in the clip's frames."""
+    """A captured excerpt. offset: bank frame of the clip's first frame; other frames as in Use, in the clip."""
 
     clip: Clip
     offset: int
@@ -44,7 +44,7 @@ class _Sitting:
 
 
 class Composed:
-    """Uses of the clips of a bank."""
+    """Uses composed from the clips of a bank."""
 
     def __init__(self, clips: list[Clip], cache: Path) -> None:
         offsets = np.concatenate([[0], np.cumsum([len(clip) for clip in clips])])
@@ -60,7 +60,7 @@ class Composed:
         self.reclines = recline.reclines(clips)
 
     def of(self, item: Item) -> list[Use]:
-        """See Uses; kept in a file for each item."""
+        """Return all uses of an item, cached in a file; see Uses."""
         return cached(self.cache / f"{item.name}.pkl", lambda: self._made(item))
 
     def _made(self, item: Item) -> list[Use]:
@@ -130,12 +130,12 @@ def _sitting(clip: Clip, offset: int, seated: int, seat_end: int, up_end: int) -
 
 
 def _sat(s: _Sitting, piece: Furnishing, goal: Goal, place: int, skip: int) -> tuple[Use | None, int]:
-    """Carry a captured stretch to a seat; return the use, None where it does not fit, and the next ``skip``.
+    """Adapt a captured excerpt to a seat; return the use, None where it does not fit, and the next ``skip``.
 
-    skip: number of leading entries of FORWARD that failed for an earlier stretch at this seat.
+    skip: number of leading entries of FORWARD that failed for an earlier excerpt at this seat.
     """
     start = max(0, s.down - BEFORE) if s.down >= 0 else s.seated
-    # What lies before belongs to the sit before it.
+    # Frames up to the last seated one before it belong to the previous sit.
     earlier = np.flatnonzero(np.isin(s.clip.labels[start : max(s.down, start)], ("sit", "stand_up")))
     start += int(earlier[-1]) + 1 if len(earlier) else 0
     stop = min(s.up_end + AFTER, len(s.clip)) if s.up_end >= 0 else s.seat_end + 1

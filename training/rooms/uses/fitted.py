@@ -1,4 +1,4 @@
-"""Uses by training/fitting: sits and lies whose bodies an optimiser fitted to the very piece."""
+"""Fitted uses: sits and lies optimised for each piece by training/fitting."""
 
 from __future__ import annotations
 
@@ -18,17 +18,20 @@ from ..layout.stock import Item
 from .composed import Composed
 from .use import Use, cached, of_sequence, place_of, sound, with_rises
 
-SITS, TRIES = 10, 40  # kept and tried for a piece
+SITS, TRIES = 10, 40  # sits kept and tried for a piece
 LIES, LIE_TRIES = 6, 16
 
 
 class Fitted:
-    """See uses.Uses; the events and reclines are those of ``composed``."""
+    """Uses fitted to each piece; see use.Uses."""
 
     def __init__(
         self, composed: Composed, walks: WalkIndex, names: list[str], firsts: np.ndarray, cache: Path
     ) -> None:
-        """names, firsts: of the bank's clips, and their first frames. cache: folder for a file for each item."""
+        """Take the events and reclines of ``composed``.
+
+        names, firsts: names and first frames of the bank's clips. cache: folder with a file for each item.
+        """
         self.events = [trimmed(event) for event in composed.events]
         self.reclines, self.walks = composed.reclines, walks
         self.first = dict(zip(names, (int(f) for f in firsts), strict=True))
@@ -37,7 +40,7 @@ class Fitted:
         self.cache.mkdir(parents=True, exist_ok=True)
 
     def of(self, item: Item) -> list[Use]:
-        """See uses.Uses."""
+        """Return all uses of an item; see use.Uses."""
         if item.name not in self._sound:
             made = cached(self.cache / f"{item.name}.pkl", lambda: self._made(item))
             self._sound[item.name] = with_rises(sound(made, item))
@@ -65,7 +68,7 @@ class Fitted:
         return uses
 
     def _source(self, event: SitEvent, made: Sequence) -> np.ndarray | None:
-        """Bank frames of a sit at its captured pace, None at another."""
+        """Return the bank frames (T,) of a sit at its captured pace, None at another."""
         last = event.leave_end if event.up_end > event.seat_end else event.seat_end
         first = self.first.get(event.clip.name)
         if first is None or len(made) > last + 1 - event.entry:

@@ -1,4 +1,4 @@
-"""Uses read from a training set of fitted sits and lies (training/fitting/make.py) and the pieces beside it."""
+"""Uses read from a training set of fitted sits and lies (training/fitting/make.py) and its file of pieces."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ..episodes.bank import Bank
 from ..layout.stock import Item
 from .use import Use, Uses, of_sequence, place_of, sound, with_rises
 
-SAME_SIT = 0.003  # metres between the goals of one sit with different approaches
-# Fitting leaves the head and the arms as captured, unless a hand is laid on an armrest: both arms, left, right.
+SAME_SIT = 0.003  # metres within which the goals of one sit with different approaches agree
+# Fitting preserves the captured head and arms, unless a hand is on an armrest: both arms, left, right.
 MATCHED = tuple(
     [skeleton.INDEX[f"{side}_{name}"] for side in sides for name in ("shoulder", "elbow", "wrist")]
     + [skeleton.INDEX["head"]]
     for sides in (("left", "right"), ("left",), ("right",))
 )
-ALIKE = (0.12, 0.09, 0.09)  # distances of the quaternions of MATCHED, below which a bank frame is the source
-GAP = 120  # frames without a match that are filled from both sides
+ALIKE = (0.12, 0.09, 0.09)  # distances of MATCHED's quaternions below which a bank frame is the source
+GAP = 120  # largest gap (frames) without a match that is interpolated
 RISEN = 0.975  # share of the standing height at which standing up ends
-FAST = 2.2  # captured frames per frame, at most
+FAST = 2.2  # largest number of captured frames per frame
 SEATED_LABELS = ("sit", "lie")
 
 
 class FittedSet:
-    """See uses.Uses: items of the file have its uses, other items those of ``others``."""
+    """Uses of files for their items, and those of ``others`` for all other items; see use.Uses."""
 
     def __init__(self, paths: list[Path], bank: Bank, others: Uses | None = None) -> None:
-        """paths: training sets; pieces of the same name are the same in all of them."""
+        """Read training sets; pieces of the same name have to be identical in all of them."""
         self.others = others
         self.items: dict[str, Item] = {}
         self._uses: dict[str, list[Use]] = {}
@@ -54,12 +54,12 @@ class FittedSet:
             uses.append(replace(use, place=place_of(uses, use)))
 
     def of(self, item: Item) -> list[Use]:
-        """See uses.Uses."""
+        """Return all uses of an item; see use.Uses."""
         mine = self._uses.get(item.name)
         return mine if mine is not None else self.others.of(item) if self.others is not None else []
 
     def used_items(self) -> list[Item]:
-        """Items with at least one use."""
+        """Return the items with at least one use."""
         return [self.items[name] for name, uses in self._uses.items() if uses]
 
 
@@ -69,7 +69,7 @@ def _item(name: str, category: str, triangles: np.ndarray) -> Item:
 
 
 def sits_and_lies(path: Path) -> list[Sequence]:
-    """Sequences with labels; of one sit with several approaches only the first, which is its own."""
+    """Read the sequences with labels; of a sit with several approaches only the first, its own."""
     with np.load(path) as file:
         data = {name: file[name] for name in file.files if not name.startswith("piece_")}
     ends = np.cumsum(data["lengths"])
@@ -81,7 +81,7 @@ def sits_and_lies(path: Path) -> list[Sequence]:
         if kind not in ("sit", "lie"):
             continue
         goal, action = data["goal"][part], data["goal_action"][part]
-        # Placements differ between approaches of the same sit only in the frame of the sequence.
+        # Goals in the piece's frame are equal for all approaches of a sit, whose sequences differ in their frames.
         x, z, yaw = (float(v) for v in data["placements"][k])
         at = goal[np.flatnonzero(action >= 3)[0], :3] - [x, 0.0, z]
         local = rotation.rotate(rotation.about_y(-yaw), at)
@@ -102,7 +102,7 @@ def sits_and_lies(path: Path) -> list[Sequence]:
 
 
 def labelled(actions: np.ndarray, rests: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Labels (T,) of action weights (T, 5), pelvis contacts (T,) and heights of the pelvis (T,), metres."""
+    """Return labels (T,) from action weights (T, 5), pelvis contacts (T,) and pelvis heights (T,), metres."""
     action = actions.astype(np.float32).argmax(1)
     labels = np.array(["idle", "walk", "run", "sit_down", "lie_down"])[action]
     on = np.flatnonzero(rests)
@@ -118,12 +118,12 @@ def labelled(actions: np.ndarray, rests: np.ndarray, height: np.ndarray) -> np.n
         up = (frames > last) & (frames < stop) & (height < RISEN * standing)
         labels[up] = "get_up"
     low = (frames > on[-1]) & (height < RISEN * standing) & (labels != "get_up")
-    # Standing up is the run of low frames right after the seat, whatever the smoothed actions say.
+    # Standing up is the run of low frames directly after the seat, regardless of the smoothed actions.
     stop = on[-1] + 1 + int(np.argmin(np.append(low[on[-1] + 1 :], False)))
     labels[on[-1] + 1 : stop] = np.where(labels[on[-1] + 1 : stop] == "get_up", "get_up", "stand_up")
     rest = labels[stop:]
     rest[np.isin(rest, ("sit_down", "lie_down"))] = "idle"
-    # Weights are smoothed: sinking may be found some frames early or late, but has no gap before the seat.
+    # Smoothed weights may shift the start of sitting down by a few frames, but it has no gap before the seat.
     first = int(on[0])
     going = np.flatnonzero(np.isin(labels[:first], ("sit_down", "lie_down")))
     if len(going):
@@ -133,7 +133,7 @@ def labelled(actions: np.ndarray, rests: np.ndarray, height: np.ndarray) -> np.n
 
 @dataclass
 class _Sources:
-    """Finds the bank frames of motion whose head and at least one arm are as captured."""
+    """Search for the bank frames of motion whose head and at least one arm are as captured."""
 
     bank: Bank
 
@@ -144,7 +144,7 @@ class _Sources:
         ]
 
     def of(self, rotations: np.ndarray) -> np.ndarray:
-        """Bank frames (T,) of rotations (T, 22, 4), -1 where there is none."""
+        """Return the bank frames (T,) of rotations (T, 22, 4), -1 where there is none."""
         best = np.full(len(rotations), -1)
         for joints, alike, tree in zip(MATCHED, ALIKE, self.trees, strict=True):
             _, found = tree.query(_vectors(rotations, joints), distance_upper_bound=alike)
@@ -161,7 +161,7 @@ def _vectors(rotations: np.ndarray, joints: list[int]) -> np.ndarray:
 
 
 def _steady(found: np.ndarray, clip: np.ndarray) -> np.ndarray:
-    """Fill gaps between matches that lie in one clip, in order and at a plausible pace."""
+    """Fill gaps between matches in one clip, in order and at a plausible pace."""
     out = found.copy()
     some = np.flatnonzero(found >= 0)
     for a, b in zip(some[:-1], some[1:], strict=True):

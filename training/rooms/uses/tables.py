@@ -1,4 +1,4 @@
-"""Hands that rest on a table in front of a seat. Room frame, metres."""
+"""Place a seated body's hands on a table in front of the seat. Room frame, metres."""
 
 from __future__ import annotations
 
@@ -18,18 +18,22 @@ from ..layout.room import Room
 from .use import Use
 
 SPACING = 0.02  # metres between samples of table tops
-FLAT = 0.95  # cosine of a top's normal with the vertical
-OVER = (0.02, 0.34)  # metres of a top over the seated pelvis
-EDGE = (0.14, 0.62)  # metres from the pelvis to the near edge
-INSIDE = (0.10, 0.04)  # metres from the edge to the wrists, at a near edge and at a distant one
-UPRIGHT, LEVER, MOST_LEAN = 0.36, 0.40, np.radians(34)  # metres that hands reach without leaning; of the lean
-ASIDE = (0.12, 0.20)  # metres from the middle to a wrist
+FLAT = 0.95  # least cosine of a top's normal with the vertical
+OVER = (0.02, 0.34)  # height (m) of a top over the seated pelvis
+EDGE = (0.14, 0.62)  # distance (m) from the pelvis to the near edge
+INSIDE = (0.10, 0.04)  # distance (m) from the edge to the wrists, at a near edge and at a distant one
+UPRIGHT, LEVER, MOST_LEAN = (
+    0.36,
+    0.40,
+    np.radians(34),
+)  # reach (m) without leaning; lever (m) and limit of the lean
+ASIDE = (0.12, 0.20)  # lateral distance (m) from the middle to a wrist
 WRIST_OVER = 0.035  # metres from the wrist joint to the skin under it
-REACHED = 0.02  # metres from the wrist to its place
-HIT = 0.03  # metres from a wrist's place to a sample of the top
-TAKING = 14  # frames in which hands are laid down and taken away
-LEAST = 45  # frames of a hold in which hands are laid down
-INWARDS = np.radians(25)  # of the hands, from straight ahead
+REACHED = 0.02  # largest distance (m) from a wrist to its target
+HIT = 0.03  # largest distance (m) from a wrist's target to a sample of the top
+TAKING = 14  # frames in which hands are laid down or lifted
+LEAST = 45  # frames of the shortest hold in which hands are laid down
+INWARDS = np.radians(25)  # angle of the hands from straight ahead
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ class Tops:
 
     @classmethod
     def of(cls, room: Room) -> Tops:
-        """The tops in a room."""
+        """Return the tops in a room."""
         some = room.triangles[room.classes == CLASS["table"]]
         normal = np.cross(some[:, 1] - some[:, 0], some[:, 2] - some[:, 0])
         size = np.linalg.norm(normal, axis=-1)
@@ -52,7 +56,7 @@ class Tops:
         return cls(geometry.sample_surface(flat, count, seed=0)[0])
 
     def places(self, pelvis: np.ndarray, yaw: float, aside: float) -> np.ndarray | None:
-        """Places (2, 3) of left and right wrist on a top in front of a seated pelvis (3,), None without one."""
+        """Return targets (2, 3) of left and right wrist on a top in front of a seated pelvis (3,); None without one."""
         away = self.points - pelvis
         ahead = away[:, 0] * np.sin(yaw) + away[:, 2] * np.cos(yaw)
         side = away[:, 0] * np.cos(yaw) - away[:, 2] * np.sin(yaw)
@@ -68,7 +72,7 @@ class Tops:
         top = np.percentile(away[near, 1], 95)
         near &= np.abs(away[:, 1] - top) < 0.02
         if not near.any():
-            # Between two tops of different heights.
+            # The percentile is between two tops of different heights.
             return None
         edge = float(np.percentile(ahead[near], 2))
         reach = edge + float(np.interp(edge, [0.3, 0.55], INSIDE))
@@ -88,7 +92,7 @@ class Tops:
 def with_hands_on(
     use: Use, root: np.ndarray, rotations: np.ndarray, tops: Tops, rng: np.random.Generator
 ) -> tuple[Use, np.ndarray] | None:
-    """Return a sit and its rotations (T, 22, 4) with both hands on the table before it, None where there is none.
+    """Return a sit and its rotations (T, 22, 4) with both hands on the table in front; None where there is none.
 
     root (T, 3), rotations: of the use in the room.
     """
@@ -111,9 +115,9 @@ def with_hands_on(
     for column, side, out, target in ((1, "left", 1.0, places[0]), (0, "right", -1.0, places[1])):
         positions, turned = skeleton.forward_kinematics(root, rotations, posing.REST)
         wrist = positions[:, skeleton.INDEX[f"{side}_wrist"]]
-        # A little of the captured hand's life stays.
-        life = gaussian_filter1d(wrist - np.median(wrist[hold], axis=0), 8, axis=0, mode="nearest")
-        goal = target + np.clip(0.2 * life, -0.03, 0.03) * [1.0, 0.0, 1.0]
+        # Keep a small part of the captured hand's motion.
+        movement = gaussian_filter1d(wrist - np.median(wrist[hold], axis=0), 8, axis=0, mode="nearest")
+        goal = target + np.clip(0.2 * movement, -0.03, 0.03) * [1.0, 0.0, 1.0]
         rotations = solve_limb(
             root, rotations, posing.REST, f"{side}_arm", wrist + weight[:, None] * (goal - wrist)
         )
@@ -129,6 +133,6 @@ def with_hands_on(
 
 
 def _off(root: np.ndarray, rotations: np.ndarray, side: str, goal: np.ndarray, frame: int) -> float:
-    """Metres between a wrist and its place (T, 3) in a frame."""
+    """Return the distance, metres, between a wrist and its target (T, 3) in a frame."""
     joints, _ = skeleton.forward_kinematics(root[[frame]], rotations[[frame]], posing.REST)
     return float(np.linalg.norm(joints[0, skeleton.INDEX[f"{side}_wrist"]] - goal[frame]))

@@ -1,7 +1,7 @@
-"""What people do on a piece of furniture: sits and lies in its own frame.
+"""Uses of a piece of furniture: sits and lies in its own frame.
 
-``Uses`` is the seam: captured sits carried to a seat (composed.py), sits fitted to the very piece (fitted.py), or those
-of a file (fitted_set.py).
+``Uses`` is the interface of their sources: captured sits adapted to a seat (composed.py), sits fitted to each piece
+(fitted.py), or those of a file (fitted_set.py).
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from ..episodes.bank import LABELS
 from ..layout.stock import Item
 
 BEFORE, AFTER = 50, 20  # frames kept before sitting down and after standing up
-SAME_PLACE = 0.12  # metres between pelvises that rest in the same place
-SOUND = 0.0165  # metres of depth in a piece: other bodies are in it deeper
+SAME_PLACE = 0.12  # metres within which resting pelvises share a place
+SOUND = 0.0165  # largest penetration (m) of a piece by the default human; bodies of other builds are deeper
 ON_FURNITURE = [LABELS.index(n) for n in ("sit_down", "sit", "stand_up", "lie_down", "lie", "get_up")]
-REST = 150  # frames of the hold with which a reversed rise begins
+REST = 150  # largest number of frames of the hold at the beginning of a reversed rise
 
 
 @dataclass(frozen=True)
 class Use:
-    """A stretch of motion on a piece of furniture, in the piece's frame, metres.
+    """A motion on a piece of furniture, in the piece's frame, metres.
 
-    action: "sit" or "lie". place: number of the place on the piece; uses of one place may follow on each other.
+    action: "sit" or "lie". place: number of the place on the piece; uses of the same place may follow each other.
     root (T, 3), rotations (T, 22, 4), labels (T,) indices into bank.LABELS, feet (T, 2), hands (T, 2), source (T,)
     bank frames or -1. down, seated, seat_end, up_end: first frame of sitting down, first and last seated, last of
-    standing up; down is -1 where it begins seated, up_end is -1 where it ends seated. fitted: whether an optimiser
-    fitted it to the piece.
+    standing up; down is -1 where the use begins seated, up_end is -1 where it ends seated. fitted: whether it was
+    optimised for the piece.
     """
 
     action: str
@@ -59,16 +59,16 @@ class Use:
 
 
 class Uses(Protocol):
-    """Where uses come from."""
+    """A source of uses."""
 
     def of(self, item: Item) -> list[Use]:
-        """All uses of an item, the same each time."""
+        """Return all uses of an item, the same at every call."""
 
 
 def cached(path: Path, make: Callable[[], list[Use]]) -> list[Use]:
-    """Return the uses kept in a file of the cache; where there is none, make and keep them.
+    """Return the uses in a file of the cache; call ``make`` and write the file where it is missing.
 
-    Workers may make the same file at once: each writes a part of its own, and the last one stays.
+    Workers may write the same file at once: each writes its own temporary file, and the last one replaces it.
     """
     if path.exists():
         return pickle.loads(path.read_bytes())
@@ -80,9 +80,9 @@ def cached(path: Path, make: Callable[[], list[Use]]) -> list[Use]:
 
 
 def reversed_rise(use: Use) -> Use | None:
-    """Return the way down of a use played backwards, as a rise that begins at rest; None without a way down.
+    """Return the descent of a use reversed in time, as a rise that begins at rest; None without a descent.
 
-    It begins with up to REST frames of the hold and ends standing, AFTER frames or fewer after the feet carry again.
+    It begins with up to REST frames of the hold and ends standing, at most AFTER frames after the feet carry the body.
     """
     if use.down < 0:
         return None
@@ -104,7 +104,7 @@ def reversed_rise(use: Use) -> Use | None:
 
 
 def sound(uses: list[Use], item: Item) -> list[Use]:
-    """Return the uses of an item in which the default human is not too deep in it, where it is hard."""
+    """Return the uses in which the default human does not penetrate the item too deeply; soft items keep all."""
     if item.category in depth.SOFT:
         return uses
     body, obstacles = human.load(), Obstacles(item.triangles)
@@ -118,7 +118,7 @@ def sound(uses: list[Use], item: Item) -> list[Use]:
 
 
 def place_of(uses: list[Use], made: Use) -> int:
-    """Number of the place of a use on its piece: that of an earlier use close by, or a new one."""
+    """Return the number of a use's place on its piece: that of an earlier use within SAME_PLACE, or a new one."""
     pelvis = lambda use: np.median(use.root[use.seated : use.seat_end + 1], axis=0)
     for use in uses:
         if use.action == made.action and np.linalg.norm(pelvis(use) - pelvis(made)) < SAME_PLACE:
@@ -132,7 +132,7 @@ def with_rises(uses: list[Use]) -> list[Use]:
 
 
 def of_sequence(made: Sequence, place: int, source: np.ndarray | None = None, fitted: bool = False) -> Use:
-    """The use of a training sequence that sits or lies; source: bank frames (T,) of it, None where not known."""
+    """Return the use in a training sequence that sits or lies; source: its bank frames (T,), None if unknown."""
     labels, count = made.labels, len(made)
     lies = bool((labels == "lie").any())
     going, resting, leaving = (
@@ -162,7 +162,7 @@ def in_frame(
     clip: Clip, where: tuple[float, float, float], action: str, place: int, frames: tuple[int, int, int, int],
     first: int | None,
 ) -> Use:  # fmt: skip
-    """The clip seen from a piece that stands at ``where`` (x, z, yaw)."""
+    """Return the clip as a use, in the frame of a piece placed at ``where`` (x, z, yaw), metres and radians."""
     root, rotations = turned(
         clip.root - np.array([where[0], 0.0, where[1]]), clip.rotations, -where[2], np.zeros(3)
     )

@@ -1,7 +1,7 @@
-"""Labelled objects for GoalNet: real and procedural pieces, scaled along three axes, with goals found by geometry.
+"""Labelled objects for GoalNet: real and procedural pieces, scaled along three axes, with goals by geometry.
 
-Stored compactly: the occupancy of the voxel grid, its size, and the goals in the grid's frame. Mirroring and quarter
-turns of the grid are permutations of its cells, so that they cost nothing in training.
+An object is stored as the occupancy of the voxel grid, its size, and the goals in the grid's frame. Mirror images and
+quarter turns are permutations of the grid's cells.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ....samp_addon.scene.voxels import InteractionGrid
 from ... import furniture
 
 SMALLEST_BED = 1.2
-"""Metres. Nobody lies on what is shorter, so those objects are not searched for places to lie."""
+"""Least size, metres, of objects that are searched for places to lie."""
 REAL_CATEGORIES = frozenset(
     {"armchair", "chair", "stool", "bench", "sofa", "office_chair", "bed", "lounger", "table", "desk"}
 )
@@ -25,8 +25,11 @@ REAL_CATEGORIES = frozenset(
 
 @dataclass(frozen=True)
 class LabelledObject:
-    """occupancy: (8, 8, 8). size: (3,) of the grid, metres. goals: (N, 6) in its frame; weights: (N,) that sum
-    to 1. action: index into models.goal_net.ACTIONS. name: the piece's. category: the piece's."""
+    """An object with its goals for one action.
+
+    occupancy: (8, 8, 8). size: (3,) of the grid, metres. goals: (N, 6) in the grid's frame. weights: (N,) with sum 1.
+    action: index into models.goal_net.ACTIONS. name, category: of the piece.
+    """
 
     occupancy: np.ndarray
     size: np.ndarray
@@ -37,17 +40,17 @@ class LabelledObject:
     category: str
 
     def features(self) -> np.ndarray:
-        """GoalNet's input (2048,), the same as InteractionGrid.object_features."""
+        """Return GoalNet's input (2048,), equal to InteractionGrid.object_features."""
         centres = (np.indices((8, 8, 8)).transpose(1, 2, 3, 0) + 0.5) / 8 - 0.5
         return np.concatenate([centres * self.size, self.occupancy[..., None]], axis=-1).ravel()
 
     def mirrored(self) -> LabelledObject:
-        """The object seen in a mirror: left and right change places."""
+        """Return the mirrored object, with left and right exchanged."""
         sign = np.array([-1.0, 1, 1, -1, 1, 1])
         return self._with(self.occupancy[::-1], self.size, self.goals * sign)
 
     def turned(self, quarters: int) -> LabelledObject:
-        """The grid laid over the object from another of its four sides: its yaw falls by so many quarter turns."""
+        """Return the object with its grid turned: the yaw decreases by ``quarters`` quarter turns."""
         out = self
         for _ in range(quarters % 4):
             swapped = out.occupancy.transpose(2, 1, 0)[:, :, ::-1]
@@ -60,11 +63,11 @@ class LabelledObject:
 
 
 def label(piece: furniture.Piece, triangles: np.ndarray) -> list[LabelledObject]:
-    """The labelled objects, at most one for each action, of a piece's triangles (F, 3, 3)."""
+    """Return the labelled objects, at most one for each action, of a piece's triangles (F, 3, 3), metres."""
     support = seats.support_map(triangles)
     chairs = seats.seats_on_map(support, "sit", seats.MANY_SEATS)
     grid = InteractionGrid.build(triangles, seats.front_of_map(support, chairs))
-    # On loungers, with the trunk on the raised back.
+    # Includes loungers, with the trunk on the raised back.
     beds = seats.seats_or_ring(support, "lie")[1] if grid.size.max() > SMALLEST_BED else []
     into = _grid_axes(grid.yaw)
     out = []
@@ -89,14 +92,14 @@ def label(piece: furniture.Piece, triangles: np.ndarray) -> list[LabelledObject]
 
 
 def scaled(triangles: np.ndarray, rng: np.random.Generator, most: float = 0.18) -> np.ndarray:
-    """The triangles scaled by up to 1 +- ``most`` along each of three axes (section 4.3)."""
+    """Return the triangles scaled by random factors of 1 +- ``most`` along each of three axes (section 4.3)."""
     return triangles * rng.uniform(1 - most, 1 + most, 3)
 
 
 def training_objects(seed: int, copies: int, procedural: int, workers: int = 1) -> list[LabelledObject]:
-    """Each real training piece ``copies`` times, scaled anew each time, and ``procedural`` of each category.
+    """Return each real training piece ``copies`` times, randomly scaled, and ``procedural`` pieces of each category.
 
-    The same for the same seed, whatever the number of worker processes.
+    The result depends only on the seed, not on the number of worker processes.
     """
     real = [(piece, copies) for piece in real_pieces(held_out=False)]
     made = [(category, procedural) for category in furniture.CATEGORIES]
@@ -121,7 +124,7 @@ def _job(job: tuple[int, int, furniture.Piece | str, int]) -> list[LabelledObjec
 
 
 def held_out_objects(seed: int, copies: int) -> list[LabelledObject]:
-    """The real pieces that no training saw, as they are and then scaled ``copies - 1`` times."""
+    """Return the held-out real pieces, unscaled and randomly scaled ``copies - 1`` times."""
     rng = np.random.default_rng(seed)
     objects: list[LabelledObject] = []
     for piece in real_pieces(held_out=True):
@@ -131,10 +134,10 @@ def held_out_objects(seed: int, copies: int) -> list[LabelledObject]:
 
 
 def real_pieces(held_out: bool) -> list[furniture.Piece]:
-    """One side of the split, of the categories on which people sit or lie.
+    """Return one side of the split, of REAL_CATEGORIES.
 
-    Where the library is missing, the held-out side is the shipped pieces and some procedural ones; training raises
-    FileNotFoundError.
+    Where the library is missing, the held-out side consists of the shipped pieces and some procedural ones; for the
+    training side, raise FileNotFoundError.
     """
     if held_out and furniture.missing():
         found = [
@@ -147,6 +150,6 @@ def real_pieces(held_out: bool) -> list[furniture.Piece]:
 
 
 def _grid_axes(yaw: float) -> np.ndarray:
-    """Row vectors of the world times this matrix are expressed along the grid's axes."""
+    """Return the matrix (3, 3) by which row vectors of the world are multiplied to get the grid's axes."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])

@@ -1,4 +1,4 @@
-"""GoalNet on held-out furniture: python -m samp_blender.training.samp.goal_net.evaluate"""
+"""Evaluate GoalNet on held-out furniture: python -m samp_blender.training.samp.goal_net.evaluate"""
 
 from __future__ import annotations
 
@@ -20,8 +20,11 @@ COPIES = 4
 
 
 def evaluate(net: goal_net.GoalNet, objects: list[LabelledObject], seed: int = 0) -> dict[str, float]:
-    """The paper's measures: errors of all goals through encoder (mean of z) and decoder; diversity of N = 10 goals
-    for each object, drawn from the network and, as ground truth, drawn from the labels by their weights."""
+    """Return the paper's measures: reconstruction errors of all goals, and diversity of N = 10 goals for each object.
+
+    Errors are through encoder (mean of z) and decoder. Goals are drawn from the network and, as ground truth, from the
+    labels by their weights.
+    """
     rng, generator = np.random.default_rng(seed), torch.Generator().manual_seed(seed)
     true, rebuilt, drawn, labels = [], [], [], []
     with torch.no_grad():
@@ -53,8 +56,10 @@ def evaluate(net: goal_net.GoalNet, objects: list[LabelledObject], seed: int = 0
 
 
 def nearest_label(drawn: np.ndarray, objects: list[LabelledObject]) -> tuple[float, float]:
-    """Mean distance (cm) and angle (deg) from each drawn goal (L, N, 6) to the label that is closest to it, where
-    10 cm count as much as 15 degrees: how far samples lie from what the geometry allows."""
+    """Return the mean distance (cm) and angle (deg) from each drawn goal (L, N, 6) to its closest label.
+
+    For the choice of the closest label, 10 cm count as much as 15 degrees.
+    """
     gaps, turns = [], []
     for goals, one in zip(drawn, objects, strict=True):
         gap = np.linalg.norm(goals[:, None, :3] - one.goals[None, :, :3], axis=-1)
@@ -68,8 +73,10 @@ def nearest_label(drawn: np.ndarray, objects: list[LabelledObject]) -> tuple[flo
 
 
 def handed_out(pieces: list[furniture.Piece], action: str, seed: int = 0) -> dict[str, float]:
-    """Diversity of the goals that an artist gets: the shipped network's, put onto the real surface, N = 10 a piece,
-    beside labels drawn by their weights. Pieces on which nobody can do it are left out."""
+    """Return the diversity of the shipped network's goals on the real surface, and of labels drawn by their weights.
+
+    N = 10 for each piece; pieces without a place for the action are left out.
+    """
     rng = np.random.default_rng(seed)
     given, labels = [], []
     for piece in pieces:
@@ -95,7 +102,7 @@ def _row(goal: Goal) -> np.ndarray:
 
 
 def report(net: goal_net.GoalNet, objects: list[LabelledObject]) -> str:
-    """The measures as a table, sitting and lying apart."""
+    """Return a table of the measures, with a column for each action."""
     return _columns(
         {
             action: evaluate(net, [one for one in objects if one.action == index])
@@ -117,5 +124,5 @@ if __name__ == "__main__":
     arguments = parser.parse_args()
     print(furniture.missing() or "All held-out pieces.")
     print(report(goal_net.load(), held_out_objects(seed=1, copies=arguments.copies)))
-    print("as handed out, on the surface:")
+    print("on the real surface, as in the extension:")
     print(_columns({action: handed_out(real_pieces(held_out=True), action) for action in goal_net.ACTIONS}))

@@ -1,6 +1,6 @@
-"""Trains GoalNet: python -m samp_blender.training.samp.goal_net.train
+"""Train GoalNet: python -m samp_blender.training.samp.goal_net.train
 
-Seeded: the same seed on the same machine gives the same weights.
+The same seed on the same machine gives the same weights.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ BETA = (0.03, 0.06)
 """Weight of the Kullback-Leibler term, for sitting and for lying."""
 TEMPERATURES = np.arange(0.4, 1.21, 0.05)
 FITTED_ON = 15
-"""Fresh procedural pieces of each category, never trained on, to which the temperature is fitted."""
+"""Untrained procedural pieces of each category, to which the temperature is fitted."""
 LEARNING_RATE = 1e-3
 EPOCHS = 160
 BATCH = 256
 GOALS_AN_EPOCH = 6
-"""Goals drawn of each object in each epoch."""
+"""Goals drawn for each object in each epoch."""
 PRIOR_WEIGHT = 0.5
-"""Weight of the error of sets of goals that are drawn from the prior."""
+"""Weight of the error of sets of goals drawn from the prior."""
 DRAWN, DRAWN_OBJECTS = 8, 48
-"""Goals that are drawn of an object, and objects of a batch of which they are drawn."""
+"""Goals drawn for an object, and number of such objects in a batch."""
 TURNED = 0.25
-"""Share of samples whose grid lies turned by quarters: fronts are inferred, and some objects have none."""
+"""Share of samples with a grid turned by quarters, since fronts are inferred and some objects have none."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """All objects as they are, mirrored and turned by quarters: eight views of each.
+    """Eight views of all objects: original and mirrored, each in four quarter turns.
 
     features: (8 N, 2048) and goals: (8, G, 6), view by view of 4 x mirrored + quarter turns. actions: (N,). labels:
     (8, N, K, 6), the goals of each object, and present: (N, K), False where an object has fewer than K.
@@ -56,7 +56,7 @@ class Table:
 
     @classmethod
     def of(cls, objects: list[LabelledObject]) -> Table:
-        """The table of labelled objects."""
+        """Return the table of labelled objects."""
         views = [
             [seen.turned(quarters) for seen in (one, one.mirrored()) for quarters in range(4)]
             for one in objects
@@ -69,14 +69,14 @@ class Table:
             np.array([one.action for one in objects]),
             np.stack([[padded(row[k].goals) for row in views] for k in range(8)]).astype(np.float32),
             np.array([np.arange(most) < len(one.goals) for one in objects]),
-            # The last of each object is a whole number, so that no draw falls into the next object's goals.
+            # The last of each object is an integer, so that rounding cannot select a goal of the next object.
             np.concatenate(
                 [np.append(k + np.cumsum(one.weights[:-1]), k + 1) for k, one in enumerate(objects)]
             ),
         )
 
     def epoch(self, rng: np.random.Generator) -> list[tuple[torch.Tensor, ...]]:
-        """Batches of (features, action, goal, labels, present): half mirrored, goals drawn by their weights."""
+        """Return batches of (features, action, goal, labels, present): half mirrored, goals drawn by their weights."""
         one = rng.permutation(np.repeat(np.arange(len(self.actions)), GOALS_AN_EPOCH))
         quarters = np.where(rng.random(len(one)) < TURNED, rng.integers(1, 4, len(one)), 0)
         view = 4 * rng.integers(0, 2, len(one)) + quarters
@@ -101,10 +101,10 @@ def train(
     beta: Sequence[float] = BETA,
     prior: float = PRIOR_WEIGHT,
 ) -> goal_net.GoalNet:
-    """A network trained on the objects with Adam, the learning rate falling to zero. beta: one for each action.
+    """Return a network trained with Adam, with a learning rate that decays linearly to zero. beta: for each action.
 
-    prior: weight of a term that the paper lacks, between sets of goals drawn from the prior and their objects' labels.
-    Without it, what is drawn between the codes of two labels lies between the labels: 18 cm from either on a sofa.
+    prior: weight of a term that is not in the paper, between sets of goals drawn from the prior and the labels. Without
+    it, goals drawn between the codes of two labels are between the labels: 18 cm from either on a sofa.
     """
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
@@ -134,12 +134,12 @@ def train(
 
 
 def fit_temperature(net: goal_net.GoalNet, objects: list[LabelledObject], seed: int) -> None:
-    """Sets the network's temperatures so that its goals on objects are as far apart as their labels.
+    """Set the network's temperatures so that its goals on objects are as diverse as the labels.
 
-    objects: that it was not trained on; on those that it was, it scatters less.
+    objects: not used for training, since the network's diversity is smaller on training objects.
 
-    A code that is told much of each goal leaves holes between the codes; drawn from the whole of the prior, goals
-    would scatter more widely than the labels.
+    Informative codes leave gaps in the latent space, so goals drawn from the whole prior would be more diverse than the
+    labels.
     """
     for action in range(len(goal_net.ACTIONS)):
         some = [one for one in objects if one.action == action]
@@ -159,7 +159,7 @@ def _arranged(output: tuple[torch.Tensor, ...], goal: torch.Tensor) -> tuple[tor
 def labelled(
     seed: int, copies: int, procedural: int, workers: int, cache: Path | None
 ) -> list[LabelledObject]:
-    """The training objects, from the cache file where it exists."""
+    """Return the training objects, from the cache file if it exists."""
     if cache is not None and cache.exists():
         return pickle.loads(cache.read_bytes())
     objects = training_objects(seed, copies, procedural, workers)
@@ -170,7 +170,7 @@ def labelled(
 
 
 def main() -> None:
-    """Labels, trains, measures on held-out furniture, writes the weights."""
+    """Label objects, train, measure on held-out furniture, and write the weights."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--copies", type=int, default=12, help="scaled copies of each real piece")
@@ -182,13 +182,13 @@ def main() -> None:
     parser.add_argument(
         "--prior", type=float, default=PRIOR_WEIGHT, help="weight of the error of drawn goals"
     )
-    parser.add_argument("--workers", type=int, default=1, help="processes that label")
-    parser.add_argument("--threads", type=int, default=1, help="threads that train")
-    parser.add_argument("--cache", type=Path, help="file that keeps the labels for the next run")
+    parser.add_argument("--workers", type=int, default=1, help="processes for labelling")
+    parser.add_argument("--threads", type=int, default=1, help="threads for training")
+    parser.add_argument("--cache", type=Path, help="file in which labels are cached for the next run")
     parser.add_argument(
-        "--folder", type=Path, help="where the weights go; left out, the shipped ones are replaced"
+        "--folder", type=Path, help="folder of the weights (default: the shipped ones are replaced)"
     )
-    parser.add_argument("--dry", action="store_true", help="measure only, leave the weights as they are")
+    parser.add_argument("--dry", action="store_true", help="measure only, without writing the weights")
     arguments = parser.parse_args()
     torch.set_num_threads(arguments.threads)
     start = time.perf_counter()

@@ -1,5 +1,5 @@
-"""The data set: pictures of rooms without people, windows of 65 frames, and which windows a picture may go with.
+"""The data set: pictures of empty rooms, windows of 65 frames, and the pairs of a picture with windows in view.
 
-The corpus' own pictures have a person in them. Here rooms are empty: the character is a condition of the networks, so
-that one picture serves every window that begins in view, windows that go on from others, and several characters.
+The corpus' own pictures show a person. Here rooms are empty: the character is a condition of the networks, so that one
+picture serves all windows that begin in view, windows that continue others, and several characters.
 """

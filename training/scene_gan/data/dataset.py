@@ -1,4 +1,4 @@
-"""The data set on a device: batches of starts, true motion and the scene, as the networks see them."""
+"""The data set on a device: batches of starts, true motion and the scene, in the networks' frame."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAPS = ("colour", "depth", "classes")
 
 @dataclass(frozen=True)
 class Batch:
-    """B windows with their scene. motions: the true ones. pairs: (B,) numbers of the pairs; mirrored: (B,) flags."""
+    """B windows with their scene. motions: captured. pairs: (B,) numbers of the pairs. mirrored: (B,) flags."""
 
     start: Start
     motions: Motions
@@ -33,8 +33,7 @@ class Batch:
 
 
 class Dataset:
-    """Arrays of one split. device: of all that it returns. Pictures stay memory-mapped on the CPU unless
-    ``resident``."""
+    """The arrays of one split. device: of all results. Pictures stay memory-mapped on the CPU unless ``resident``."""
 
     def __init__(
         self, arrays: Mapping[str, np.ndarray], device: torch.device | str = "cpu", resident: bool = False
@@ -61,7 +60,7 @@ class Dataset:
         return len(self.small["pairs"])
 
     def sample(self, count: int, generator: torch.Generator) -> Batch:
-        """Return a random batch, half of it mirrored."""
+        """Return a random batch, with half of the windows mirrored on average."""
         pairs = torch.randint(len(self), (count,), generator=generator)
         mirrored = torch.rand(count, generator=generator) < 0.5
         return self.batch(pairs.to(self.device), mirrored.to(self.device))
@@ -96,7 +95,7 @@ class Dataset:
             lens,
         )
         shift = self._shift(start)
-        # The start is in the middle of the picture (section 3): the principal point moves with it.
+        # The picture is centred on the start (section 3), and the principal point moves with it.
         moved = Start(
             **{**vars(start), "lens": torch.cat([lens[:, :1], lens[:, 1:] + shift / self.width], -1)}
         )
@@ -107,9 +106,9 @@ class Dataset:
         return self.small["labels"][self.small["pairs"][pairs, 1].long()][:, 1:]
 
     def standing(self, count: int, label: int = IDLE) -> torch.Tensor:
-        """Return rotations (count, 22, 6) of people who stand still, turned to face +Z.
+        """Return rotations (count, 22, 6) of bodies that stand still, turned to face +Z.
 
-        label: of standing. The slowest and most upright starts are taken, of different bodies where there are many.
+        label: of standing. The slowest upright starts are used. Raise ValueError where there are none.
         """
         found = []
         for first in range(0, len(self), 512):
@@ -121,7 +120,7 @@ class Dataset:
             found.append((pace[upright], start.six[upright], start.positions[upright]))
         pace, six, joints = (torch.cat(parts) for parts in zip(*found, strict=True))
         if not len(pace):
-            raise ValueError("nobody stands in this data set")
+            raise ValueError("the data set contains no standing body")
         rows = pace.argsort()[: 4 * count][torch.arange(count) * min(4 * count, len(pace)) // count]
         across = joints[rows, 1] - joints[rows, 2]
         turn = _yawed_axes(torch.atan2(-across[:, 2], across[:, 0]))
@@ -130,7 +129,7 @@ class Dataset:
         return kinematics.six_numbers(matrices)
 
     def _shift(self, start: Start) -> torch.Tensor:
-        """Return whole pixels (B, 2), x and y, by which pictures are moved so that the pelvis is in their middle."""
+        """Return the shift in whole pixels (B, 2), x and y, that centres the pictures on the pelvis."""
         from ....models.scene_gan.projection import ASPECT, project
 
         place = project(start.root[:, None], start)[:, 0]
@@ -138,9 +137,9 @@ class Dataset:
         return torch.round((middle - place) * self.width)
 
     def pictures(self, name: str, batch: Batch, step: int = 1) -> torch.Tensor:
-        """Return a map (B, H, W, ...) of a batch, moved and mirrored as its starts are; 0 outside the picture.
+        """Return a map (B, H, W, ...) of a batch, shifted and mirrored like its starts; 0 outside the picture.
 
-        name: colour, depth (metres) or classes. step: of every how many pixels; the pixels' middles.
+        name: colour, depth (metres) or classes. step: stride of the pixels.
         """
         picture = self.small["pairs"][batch.pairs, 0].long()
         values = self.maps[name]
@@ -171,7 +170,7 @@ class Dataset:
         return torch.where(batch.mirrored.view(-1, 1, 1, 1), made.flip(2), made)
 
     def depth(self, batch: Batch) -> torch.Tensor:
-        """Return depth maps (B, 1, *DECODED) in metres; what is at no depth is at 20 m."""
+        """Return depth maps (B, 1, *DECODED), metres; 20 m where there is no depth."""
         made = self.pictures("depth", batch, self.width // scene_encoder.DECODED[1])
         return torch.where(made > 0, made, torch.full_like(made, 20.0))[:, None]
 
@@ -185,8 +184,11 @@ class Dataset:
         return scene_encoder.geometry(depth, scene_encoder.normals_of(depth, batch.start.lens))
 
     def targets(self, batch: Batch) -> dict[str, torch.Tensor]:
-        """Return what a decoder is trained on, of DECODED size: depth (B, 1, H, W), 0 where there is none; normal
-        (B, 3, H, W); classes (B, H, W), and whether the picture reaches there: known (B, H, W)."""
+        """Return the targets of a decoder, of DECODED size.
+
+        depth: (B, 1, H, W) metres, 0 where there is none. normal: (B, 3, H, W). classes: (B, H, W). known: (B, H, W),
+        1 where there is depth.
+        """
         step = self.width // scene_encoder.DECODED[1]
         depth = self.pictures("depth", batch)
         normal = scene_encoder.normals_of(depth, batch.start.lens)[:, step // 2 :: step, step // 2 :: step]
@@ -204,12 +206,12 @@ def load(folder: Path, device: torch.device | str = "cpu", resident: bool = Fals
 
 
 def _signed(values: np.ndarray) -> np.ndarray:
-    """Return uint16 as int32, which torch can index."""
+    """Return uint16 values as int32, which torch can index."""
     return values.astype(np.int32) if values.dtype == np.uint16 else values
 
 
 def _yawed_axes(yaw: torch.Tensor) -> torch.Tensor:
-    """Return (P, 3, 3), as frames.yawed_axes."""
+    """Return axes (P, 3, 3) as frames.yawed_axes does."""
     cos, sin, zero, one = torch.cos(yaw), torch.sin(yaw), torch.zeros_like(yaw), torch.ones_like(yaw)
     rows = ((cos, zero, sin), (zero, one, zero), (-sin, zero, cos))
     return torch.stack([torch.stack(row, -1) for row in rows], -2)
@@ -219,7 +221,7 @@ def _mirrored(
     root: torch.Tensor, rotations: torch.Tensor, rest: torch.Tensor, camera: torch.Tensor, lens: torch.Tensor,
     flags: torch.Tensor,
 ) -> tuple[torch.Tensor, ...]:  # fmt: skip
-    """Return the same things mirrored left to right where flags (B,) are set."""
+    """Return the arguments mirrored left to right where flags (B,) are set."""
     swap = list(_MIRRORED)
     sign = torch.tensor([-1.0, 1.0, 1.0], device=root.device)
     both = sign[:, None] * sign
@@ -234,7 +236,7 @@ def _mirrored(
 
 
 def _moved(values: torch.Tensor, shift: torch.Tensor, step: int) -> torch.Tensor:
-    """Return maps (B, H, W, ...) moved by whole pixels (B, 2), of every ``step`` pixels."""
+    """Return maps (B, H, W, ...) shifted by whole pixels (B, 2), with a stride of ``step`` pixels."""
     count, height, width = values.shape[:3]
     rows = torch.arange(step // 2, height, step, device=values.device) - shift[:, 1:]
     columns = torch.arange(step // 2, width, step, device=values.device) - shift[:, :1]

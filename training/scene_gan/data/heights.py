@@ -10,7 +10,7 @@ from ....samp_addon.scene import geometry
 from .units import HEIGHT_CELL, HEIGHT_UNIT, NOTHING
 
 POINTS = 400_000
-HOLES = 1.5  # cells; empty cells that are nearer to a known one get its height
+HOLES = 1.5  # distance in cells up to which empty cells get the height of the nearest known one
 SIDE = 168  # cells: 8.4 m
 
 
@@ -27,7 +27,7 @@ def grid(triangles: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     cells, height = cells[inside], np.clip(points[inside, 1], 0, None)
     out = np.full((SIDE, SIDE), -1.0)
     np.maximum.at(out, (cells[:, 0], cells[:, 1]), height)
-    # Samples miss some cells.
+    # Fill cells that the samples miss.
     far, nearest = ndimage.distance_transform_edt(out < 0, return_indices=True)
     out = np.where(far <= HOLES, out[tuple(nearest)], out)
     return np.where(out < 0, NOTHING, np.round(out / HEIGHT_UNIT)).astype(np.uint8), corner

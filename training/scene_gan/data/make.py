@@ -1,10 +1,10 @@
-"""Make the data set of Scene GAN from a corpus of rooms.
+"""Build the data set of Scene GAN from a corpus of rooms.
 
 python -m samp_blender.training.scene_gan.data.make --corpus cache/rooms --output cache/scene_gan
 
-One folder for each split: arrays as .npy files that are memory-mapped, and what.json. Each room is kept as it is made,
-so that a second run only adds the rooms that a growing corpus has got. --no-colour omits the pictures' colours, which
-take most of the time: the views "geometry" and "height" do not need them.
+Each split has a folder of memory-mapped .npy files and what.json. Finished rooms are cached, so that another run only
+adds the new rooms of a growing corpus. --no-colour omits the pictures' colours, which take most of the time and are not
+needed by the views "geometry" and "height".
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from ...rooms.make import split_of
 from . import heights, room_pictures, room_windows
 from .units import ROOT_UNIT
 
-WINDOWS = 250  # of a room, at random
-PICTURES = 50  # of a room
+WINDOWS = 250  # random windows of a room
+PICTURES = 50  # pictures of a room
 PAIRS = 12  # windows of a picture
 PER_WINDOW = ("root", "rotations", "labels")
 SIZES = (("depth", "pictures"), ("root", "windows"), ("pairs", "pairs"))
@@ -48,7 +48,7 @@ def of_room(
         seen = np.flatnonzero(room_windows.in_view(joints, camera, pictures["depth"][number]))
         others = rng.permutation(seen[seen != start])[: counts[2] - 1]
         rows += [(number, window) for window in (start, *others)]
-    # Only windows that are used are kept.
+    # Keep only the windows in use.
     table = np.array(rows, np.int32)
     used, table[:, 1] = np.unique(table[:, 1], return_inverse=True)
     grid, corner = heights.grid(data.room.triangles)
@@ -65,7 +65,7 @@ def of_room(
 
 
 def joined(rooms: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the arrays of several rooms in a row, indices counted over all of them; room_of_picture is added."""
+    """Return the concatenated arrays of rooms, with indices counted over all of them, and room_of_picture."""
     out = {
         name: np.concatenate([room[name] for room in rooms])
         for name in rooms[0]
@@ -97,8 +97,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--corpus", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument("--windows", type=int, default=WINDOWS, help="of a room")
-    parser.add_argument("--pictures", type=int, default=PICTURES, help="of a room")
+    parser.add_argument("--windows", type=int, default=WINDOWS, help="windows of a room")
+    parser.add_argument("--pictures", type=int, default=PICTURES, help="pictures of a room")
     parser.add_argument("--pairs", type=int, default=PAIRS, help="windows of a picture")
     parser.add_argument("--no-colour", action="store_true")
     parser.add_argument("--seed", type=int, default=0)
@@ -125,7 +125,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def write_splits(kept: Path, output: Path, seed: int) -> None:
-    """Write both splits from the rooms that were kept."""
+    """Write both splits from the cached rooms."""
     found: dict[str, list[dict[str, np.ndarray]]] = {name: [] for name in store.SPLITS}
     numbers: dict[str, list[int]] = {name: [] for name in store.SPLITS}
     for path in sorted(kept.glob("*.npz")):

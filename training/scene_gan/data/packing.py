@@ -1,9 +1,9 @@
-"""A data set as one compact file for a machine that is lent for minutes, and back.
+"""Pack a data set into one compact file for training on another machine.
 
 python -m samp_blender.training.scene_gan.data.packing DATA/train DATA.bin --megabytes 55
 
 Colours are reduced to 6 bits and depth to 12 bits of its inverse; motion is rounded to 0.4 mm and 0.03 degrees. Each
-array is stored as differences from a prediction, split into bytes, by LZMA. `unpack` writes the folder again.
+array is stored as differences from a prediction, split into byte planes, by LZMA. `unpack` restores the arrays.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 MAGIC = b"SGAN"
 QUATERNION_SHIFT = 4  # bits dropped of int16: about 0.03 degrees
 ROOT_SHIFT = 1  # bits dropped of 0.2 mm
-DEPTH_SCALE = 2000.0  # of 1 / metres
+DEPTH_SCALE = 2000.0  # units per 1 / metre
 COLOUR_SHIFT = 2
 PICTURES_IN_A_PART = 256
 
@@ -49,7 +49,7 @@ def _untemporal(values: np.ndarray) -> np.ndarray:
 
 
 def _encode_colour(colour: np.ndarray) -> np.ndarray:
-    """Return luma and two differences (3 P, H, W) uint16 of 6 bits each."""
+    """Return green and two differences to it (3 P, H, W), uint16 of 6 bits each."""
     red, green, blue = (np.moveaxis(colour >> COLOUR_SHIFT, -1, 0)).astype(np.uint16)
     return _planar(np.concatenate([green, red - green, blue - green]))
 
@@ -75,7 +75,7 @@ def _decode_depth(coded: np.ndarray) -> np.ndarray:
 
 
 def _encode_rotations(quats: np.ndarray) -> np.ndarray:
-    """Return second differences (W, T, 88) of quaternions whose signs do not jump over time."""
+    """Return second differences (W, T, 88) of quaternions with continuous signs."""
     values = quats.astype(np.int32)
     dot = (values[:, 1:] * values[:, :-1]).sum(-1, dtype=np.int64)
     values[:, 1:] *= np.cumprod(np.where(dot < 0, -1, 1), axis=1)[..., None]
@@ -130,10 +130,10 @@ def pack(arrays: dict[str, np.ndarray], path: Path) -> None:
 
 
 def unpack(path: Path, threads: int = 4) -> dict[str, np.ndarray]:
-    """Return the arrays of a file that `pack` wrote."""
+    """Return the arrays of a file written by `pack`. Raise ValueError for other files."""
     data = path.read_bytes()
     if data[:4] != MAGIC:
-        raise ValueError(f"{path} is no packed data set")
+        raise ValueError(f"{path} is not a packed data set")
     size = int.from_bytes(data[4:12], "little")
     contents, at = json.loads(data[12 : 12 + size]), 12 + size
     tasks = []
@@ -154,7 +154,7 @@ def unpack(path: Path, threads: int = 4) -> dict[str, np.ndarray]:
 
 
 def thinned(arrays: dict[str, np.ndarray], share: float, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Return a random share of the pictures, with their pairs and the windows of these."""
+    """Return a random share of the pictures, with their pairs and windows."""
     count = len(arrays["depth"])
     pictures = np.sort(rng.permutation(count)[: max(round(share * count), 1)])
     place = np.full(count, -1)
@@ -175,7 +175,10 @@ def main() -> None:
     parser.add_argument("source", type=Path)
     parser.add_argument("target", type=Path)
     parser.add_argument(
-        "--megabytes", type=float, default=55.0, help="most MiB; fewer pictures are packed where needed"
+        "--megabytes",
+        type=float,
+        default=55.0,
+        help="largest size, MiB; fewer pictures are packed where needed",
     )
     options = parser.parse_args()
     whole = {path.stem: np.load(path, mmap_mode="r") for path in sorted(options.source.glob("*.npy"))}

@@ -1,4 +1,4 @@
-"""Pictures of a room without people, from cameras that see somebody's start: colours by the corpus' renderer, depth."""
+"""Pictures of an empty room, from cameras that see the start of a window: colours by the corpus' renderer, depth."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ...rooms.pictures.camera import Camera
 from ...rooms.pictures.tracer import Tracer
 from .room_windows import in_view
 
-FARTHEST = 60.0  # metres of depth that are kept; farther, and beyond windows, is 0
-TRIES = 8  # cameras for one start
+FARTHEST = 60.0  # largest depth (m); farther, and beyond windows, it is 0
+TRIES = 8  # cameras to try for one start
 NEAR_EYE, NEAR_SHARE = 0.35, 0.15
-"""Cameras with more than this share of the picture nearer than this (metres) are behind something."""
+"""A camera with more than this share of the picture nearer than this (metres) is obstructed."""
 
 
 def maps(tracer: Tracer, camera: Camera, size: tuple[int, int] = SIZE) -> dict[str, np.ndarray]:
@@ -36,10 +36,10 @@ def maps(tracer: Tracer, camera: Camera, size: tuple[int, int] = SIZE) -> dict[s
 def of_room(
     data: RoomData, joints: np.ndarray, count: int, rng: np.random.Generator, colour: bool
 ) -> tuple[dict[str, np.ndarray], list[Camera], np.ndarray]:
-    """Return ``count`` pictures or fewer, their cameras, and the starts (P,) they were chosen for.
+    """Return at most ``count`` pictures, their cameras, and the starts (P,) for which they were chosen.
 
-    joints: (W, 22, 3) of the starts. Arrays: depth, classes, lens (P, 3), extrinsics (P, 4, 4), and colour (P, H, W,
-    3), with paints and light of each picture's own, if it is wanted.
+    joints: (W, 22, 3) of the starts, metres. Arrays: depth, classes, lens (P, 3), extrinsics (P, 4, 4), and if
+    ``colour``, colour (P, H, W, 3) with random paints and light for each picture.
     """
     tracer, free = Tracer(data.room), views.free_places(data, rng)
     made: dict[str, list[np.ndarray]] = {
@@ -76,7 +76,7 @@ def of_room(
 def _camera(
     data: RoomData, tracer: Tracer, joints: np.ndarray, free: np.ndarray, rng: np.random.Generator
 ) -> tuple[Camera, dict[str, np.ndarray]] | None:
-    """Return a camera that sees a body (22, 3) and what it sees of the empty room; None if none was found."""
+    """Return a camera that sees a body (22, 3), and its maps of the empty room; None if none was found."""
     for _ in range(TRIES):
         found = cameras.draw(data.room, joints, free, rng)
         if found is None:

@@ -1,4 +1,4 @@
-"""Windows of motion in a room, and which of them begin in view of a picture's camera."""
+"""Windows of motion in a room, and the selection of those that begin in view of a camera."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from ...rooms.corpus.store import RoomData
 from ...rooms.pictures.camera import Camera
 
 WINDOW = 65  # frames: the given one and the 64 that follow
-BEFORE = 1  # frames before it, for its velocities
-EVERY = 15  # frames between the beginnings of two windows
-MARGIN = 0.04  # widths of the picture; joints nearer to its edge do not count as seen
-HIDDEN = 0.3  # metres behind the visible surface from which a joint is hidden
-SEEN = 0.6  # share of the joints that are seen at the beginning
-NEAREST, FARTHEST = 1.2, 8.0  # metres between camera and pelvis
+BEFORE = 1  # frames before the given one, for velocities
+EVERY = 15  # frames between the starts of two windows
+MARGIN = 0.04  # margin, in picture widths, within which joints do not count as visible
+HIDDEN = 0.3  # distance (m) behind the visible surface from which a joint is hidden
+SEEN = 0.6  # least share of visible joints at the start
+NEAREST, FARTHEST = 1.2, 8.0  # distances (m) between camera and pelvis
 
 
 def of_room(data: RoomData, most: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
-    """Return at most ``most`` windows of a room's episodes at random: episode and given frame (W,).
+    """Return at most ``most`` random windows of a room's episodes: episode and given frame (W,).
 
-    Windows at the very beginning of an episode repeat its first frame.
+    Windows at the start of an episode repeat its first frame.
     """
     rows = [
         (episode, frame)
@@ -32,8 +32,10 @@ def of_room(data: RoomData, most: int, rng: np.random.Generator) -> dict[str, np
 
 
 def motion(data: RoomData, windows: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return root (W, 66, 3) float32, rotations (W, 66, 22, 4) int16, labels (W, 66) uint8, and rest joints (E, 22, 3)
-    of the episodes' bodies."""
+    """Return root (W, 66, 3) float32, rotations (W, 66, 22, 4) int16, labels (W, 66) uint8, and rest (E, 22, 3).
+
+    rest: rest joints of the bodies of E episodes, metres.
+    """
     bounds = np.array(data.bounds)
     offsets = np.maximum(windows["frame"][:, None] + np.arange(-BEFORE, WINDOW), 0)
     rows = bounds[windows["episode"]][:, None] + offsets
@@ -62,7 +64,7 @@ def first_joints(made: dict[str, np.ndarray], body: np.ndarray) -> np.ndarray:
 
 
 def in_view(joints: np.ndarray, camera: Camera, depth: np.ndarray) -> np.ndarray:
-    """Return which bodies (W,) with joints (W, 22, 3) are seen. depth: (H, W) millimetres, of the empty room."""
+    """Flag the bodies (W,) in view, from joints (W, 22, 3). depth: (H, W) millimetres, of the empty room."""
     height, width = depth.shape
     pixels, ahead = camera.project(joints, (width, height))
     edge = MARGIN * width

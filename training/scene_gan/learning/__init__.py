@@ -1,1 +1,1 @@
-"""Adversarial training: losses, the trainer, sheets of samples, the command for CPU and for a GPU."""
+"""Adversarial training: losses, trainer, sheets of samples, and the command for CPU and GPU."""

@@ -1,4 +1,4 @@
-"""Losses over time: a line of JSON for each report, and a picture of all of them."""
+"""Losses over time: a log with a line of JSON for each report, and a plot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def note(path: Path, step: int, seconds: float, values: dict[str, float]) -> Non
 
 
 def read(path: Path) -> list[dict[str, float]]:
-    """Return the lines of a log; a last line that was cut off is left out."""
+    """Return the lines of a log, without a truncated last line."""
     found = []
     for line in path.read_text().splitlines() if path.exists() else ():
         try:

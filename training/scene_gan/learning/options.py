@@ -1,4 +1,4 @@
-"""What a training is: the networks' settings, the critics, the step."""
+"""Options of a training: the networks' settings, the critics, the optimiser."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ PARTS = ("all", "trajectory", "pose")
 class Options:
     """Settings of one training.
 
-    critics: names of CRITICS. depth: whether the encoder was pretrained on depth (D of table 1). part: train both
-    generators together, the trajectory generator alone, or the pose generator on true trajectories. critic_steps: for
-    each step of the generators. along: train the encoder along with the generators instead of caching its features.
-    average: of the weights that are kept, over steps. crop: size of the context critic's crops.
+    critics: names in CRITICS. depth: whether the encoder was pretrained on depth (D of table 1). part: train both
+    generators together, the trajectory generator alone, or the pose generator on true trajectories. critic_steps: per
+    step of the generators. along: train the encoder together with the generators instead of caching its features.
+    average: decay of the weights' running average, per step. crop: size of the context critic's crops.
     """
 
     settings: Settings = Settings()
@@ -35,7 +35,7 @@ class Options:
     def __post_init__(self) -> None:
         unknown = set(self.critics) - set(CRITICS)
         if unknown or self.part not in PARTS:
-            raise ValueError(f"there is no critic or part {sorted(unknown) or self.part!r}")
+            raise ValueError(f"unknown critic or part {sorted(unknown) or self.part!r}")
 
 
 _APART = ("trajectory", "pose")
@@ -49,11 +49,11 @@ ROWS = {
     "height": Options(Settings(view="height")),
     "geometry": Options(Settings(view="geometry")),
 }
-"""The rows of table 1, and the views that the paper does not have."""
+"""The rows of table 1, and views that are not in the paper."""
 
 
 def row(name: str, **changes: object) -> Options:
-    """Return the options of a row, some of them changed; those of the networks' settings by their names."""
+    """Return the options of a row with changes, by name, including those of the networks' settings."""
     base = ROWS[name]
     inner = {k: v for k, v in changes.items() if k in Settings.__dataclass_fields__ and v is not None}
     outer = {k: v for k, v in changes.items() if k not in inner and v is not None}

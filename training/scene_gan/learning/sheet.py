@@ -1,4 +1,4 @@
-"""Sheets of windows: each in its picture, and from above; true ones beside generated ones."""
+"""Sheets of captured and generated windows, each in its picture, from above and from the side."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ....models.scene_gan import kinematics, projection
 from ....models.scene_gan.projection import Motions
 from ..data.dataset import Batch, Dataset
 
-SCALE = 3  # pixels on a sheet for one of the picture
+SCALE = 3  # pixels of a sheet per pixel of the picture
 SHOWN = (0, 16, 32, 48, 64)  # frames
-ABOVE = 2.5  # metres around the start that the view from above shows
+ABOVE = 2.5  # metres around the start in the view from above
 
 
 def colours(share: float) -> tuple[int, int, int]:
-    """Return the colour of a moment: blue at the beginning, red at the end."""
+    """Return the colour of a time, 0 to 1: blue at the start, red at the end."""
     return int(255 * share), 90, int(255 * (1 - share))
 
 
 def sheet(data: Dataset, batch: Batch, rows: dict[str, Motions], path: Path) -> None:
-    """Write a sheet: a column for each window of a batch; for each of ``rows``, the picture and the view from above."""
+    """Write a sheet with a column for each window of a batch, and picture and world views for each of ``rows``."""
     pictures = (
         data.pictures("colour", batch) if "colour" in data.maps else _grey(data.pictures("depth", batch))
     )
@@ -56,7 +56,7 @@ def _skeleton(draw: ImageDraw.ImageDraw, points: np.ndarray, colour: tuple[int, 
 
 
 def _side(joints: np.ndarray, size: tuple[int, int]) -> Image.Image:
-    """Return the way from above (left half) and the bodies from the side along Z (right half)."""
+    """Return the path from above (left half) and the bodies from the side along Z (right half)."""
     tile = Image.new("RGB", size, (245, 245, 245))
     draw = ImageDraw.Draw(tile)
     scale = size[1] / 2 / ABOVE
@@ -77,5 +77,5 @@ def _side(joints: np.ndarray, size: tuple[int, int]) -> Image.Image:
 
 
 def of_samples(data: Dataset, batch: Batch, generated: Motions, path: Path) -> None:
-    """Write a sheet of true and generated windows."""
+    """Write a sheet of captured and generated windows."""
     sheet(data, batch, {"captured": batch.motions, "generated": generated}, path)

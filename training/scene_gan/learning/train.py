@@ -1,10 +1,10 @@
-"""Train Scene GAN on a data set; goes on where it was stopped.
+"""Train Scene GAN on a data set; an interrupted training is resumed.
 
 python -m samp_blender.training.scene_gan.learning.train --data DATA/train --work RUN --row all --encoder ENCODER
     --seconds 28800
 
-RUN gets state.pt (every --checkpoint seconds), log.jsonl, curves.png, a sheet of samples, and the averaged weights as
-models/weights.py loads them.
+Writes to RUN: state.pt (every --checkpoint seconds), log.jsonl, curves.png, a sheet of samples, and the averaged
+weights in the format of models/weights.py.
 """
 
 from __future__ import annotations
@@ -25,29 +25,30 @@ from .trainer import Trainer
 
 STATE = "state.pt"
 SHOWN = 8  # windows on a sheet
-SAVING = {"cpu": 3.0, "cuda": 12.0}  # seconds kept for the last save
+SAVING = {"cpu": 3.0, "cuda": 12.0}  # seconds reserved for the last save
 
 
 def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
     made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("--data", type=Path, required=True, help="folder of one split, see data/make.py")
     made.add_argument("--work", type=Path, required=True)
     made.add_argument("--row", choices=options.ROWS, default="all", help="row of table 1, or another view")
     made.add_argument(
-        "--encoder", type=Path, help="folder that pretrain.py wrote; left out, the encoder is random"
+        "--encoder", type=Path, help="folder written by pretrain.py (default: a random encoder)"
     )
     made.add_argument("--seconds", type=float, required=True, help="duration of the program")
     made.add_argument("--part", choices=options.PARTS)
-    made.add_argument("--view", choices=networks.VIEWS, help="what of the scene the networks see")
+    made.add_argument("--view", choices=networks.VIEWS, help="view of the scene that the networks see")
     for name in ("batch", "critic-steps", "width", "noise", "pose-noise", "encoder-width", "seed"):
         made.add_argument(f"--{name}", type=int)
     made.add_argument("--rate", type=float)
     made.add_argument("--average", type=float)
-    made.add_argument("--along", action="store_true", default=None, help="train the encoder along")
+    made.add_argument("--along", action="store_true", default=None, help="train the encoder as well")
     made.add_argument("--checkpoint", type=float, default=300.0, help="seconds between checkpoints")
     made.add_argument("--report", type=float, default=30.0, help="seconds between lines of the log")
     made.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    made.add_argument("--threads", type=int, default=1, help="of the CPU")
+    made.add_argument("--threads", type=int, default=1, help="CPU threads")
     made.add_argument("--no-sheet", action="store_true")
     return made
 
@@ -89,7 +90,7 @@ class Run:
 
 
 def load_encoder(folder: Path, settings: networks.Settings) -> dict[str, torch.Tensor]:
-    """Return the tensors of a pretrained encoder. Raises ValueError where it is of another view or width."""
+    """Return the tensors of a pretrained encoder. Raise ValueError where its view or width differs."""
     notes = json.loads((folder / "encoder.json").read_text())
     for name in ("view", "scene", "encoder_width"):
         if notes[name] != getattr(settings, name):
@@ -117,7 +118,7 @@ def main(arguments: list[str] | None = None) -> int:
     made.keep_standing()
     if (chosen.work / STATE).exists():
         made.resume(chosen.work / STATE)
-        print(f"goes on at step {made.step_number}", flush=True)
+        print(f"resumes at step {made.step_number}", flush=True)
     if not wanted.along:
         made.cache_features(chosen.work)
     run = Run(made, chosen.work, not chosen.no_sheet)

@@ -28,7 +28,7 @@ CLASSES = {
 class Trainer:
     """Networks, critics and optimisers of one training on a data set.
 
-    encoder: tensors of the pretrained encoder, or None. On a CPU everything random depends on the options' seed.
+    encoder: tensors of the pretrained encoder, or None. On a CPU, training is deterministic in the options' seed.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Trainer:
         torch.manual_seed(options.seed)
         self.data, self.options = data, options
         self.random = torch.Generator().manual_seed(options.seed)
-        # On a GPU, latents are drawn there: on the CPU they would take as long as the rest of a step.
+        # On a GPU, latents are drawn there, since drawing on the CPU takes as long as the rest of a step.
         self.latents = self.random if data.device.type == "cpu" else None
         self.networks = SceneGan(options.settings).to(data.device)
         if encoder is not None:
@@ -60,9 +60,9 @@ class Trainer:
 
     @torch.no_grad()
     def cache_features(self, folder: Path | None = None, size: int = 64) -> None:
-        """Compute the scene features (2, N, scene) of all pairs, as they are and mirrored.
+        """Compute the scene features (2, N, scene) of all pairs, original and mirrored.
 
-        folder: where they are kept for the next start, by encoder and data set.
+        folder: where they are cached for the next start, by encoder and data set.
         """
         path = None if folder is None else folder / f"features_{self._features_key()}.pt"
         if path is not None and path.exists():
@@ -82,7 +82,7 @@ class Trainer:
             path.with_suffix(".part").replace(path)
 
     def _features_key(self) -> str:
-        """Return what the features depend on, as a short text."""
+        """Return a hash of the encoder and the data set, on which the features depend."""
         digest = hashlib.sha256(self.data.small["pairs"].cpu().numpy().tobytes())
         for value in self.networks.encoder.state_dict().values():
             digest.update(value.cpu().numpy().tobytes())
@@ -94,7 +94,7 @@ class Trainer:
         self.average["standing"].copy_(self.networks.standing)
 
     def scene(self, batch: Batch) -> torch.Tensor:
-        """Return the scene features (B, scene) of a batch, cached ones where the encoder is not trained along."""
+        """Return the scene features (B, scene) of a batch, cached unless the encoder is trained as well."""
         if self.options.along:
             return self.networks.encoder(self.data.views(self.options.settings.view, batch))
         if self.features is None:
@@ -102,7 +102,7 @@ class Trainer:
         return self.features[batch.mirrored.long(), batch.pairs].float()
 
     def draw(self, batch: Batch, scene: torch.Tensor) -> Motions:
-        """Return generated windows for a batch, by the part that is trained."""
+        """Return generated windows for a batch, by the trained part."""
         if self.options.part == "trajectory":
             start, made = batch.start, self.networks.trajectory
             velocities = made(made.latent.draw(len(start), self.latents), scene, start)
@@ -117,7 +117,7 @@ class Trainer:
         return critic.inputs(motions, batch.start)
 
     def step(self) -> None:
-        """Do one step of the generators after ``critic_steps`` of the critics."""
+        """Take one step of the generators after ``critic_steps`` of the critics."""
         for _ in range(self.options.critic_steps):
             self._train_critics(self.data.sample(self.options.batch, self.random))
         self._train_generators(self.data.sample(self.options.batch, self.random))
@@ -174,8 +174,10 @@ class Trainer:
         self._counts[name] += 1
 
     def losses(self) -> dict[str, float]:
-        """Return the means since the last call: distance and penalty of each critic, errors in metres against the
-        true window of the same start."""
+        """Return the means since the last call.
+
+        These are distance and penalty of each critic, and errors, metres, against the true window of the same start.
+        """
         found = {name: float(value) / self._counts[name] for name, value in self._sums.items()}
         self._sums, self._counts = {}, defaultdict(int)
         return found
@@ -187,7 +189,7 @@ class Trainer:
         return made.eval()
 
     def save(self, path: Path) -> None:
-        """Write everything that the training goes on with; the file is whole or as it was."""
+        """Write the state from which training can be resumed, atomically."""
         state = {
             "networks": self.networks.state_dict(), "critics": self.critics.state_dict(), "average": self.average,
             "generator_steps": self.generator_steps.state_dict(), "critic_steps": self.critic_steps.state_dict(),
@@ -198,7 +200,7 @@ class Trainer:
         part.replace(path)
 
     def resume(self, path: Path) -> None:
-        """Go on from what `save` wrote."""
+        """Resume from a state written by `save`."""
         state = torch.load(path, map_location=self.data.device, weights_only=True)
         self.networks.load_state_dict(state["networks"])
         self.critics.load_state_dict(state["critics"])

@@ -1,1 +1,1 @@
-"""The tables of the paper on the test rooms: Motion FID, non-collision, shares of behaviour, spread over time."""
+"""Tables of the paper on the test rooms: Motion FID, non-collision, behaviour, spread over time."""

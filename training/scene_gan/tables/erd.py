@@ -1,9 +1,9 @@
-"""The feature networks of Motion FID: ERD (encoder, LSTM, decoder; Fragkiadaki et al. 2015), trained to predict motion.
+"""Train the feature networks of Motion FID: ERD (encoder, LSTM, decoder; Fragkiadaki et al. 2015).
 
 python -m samp_blender.training.scene_gan.tables.erd --data DATA/train --work ERD --steps 3000
 
-One network each for windows of 16, 32 and 64 frames of captured motion, as in section 4.3. They are trained on this
-project's motion, so FIDs do not compare with the paper's; the order of rows does.
+They predict motion in windows of 16, 32 and 64 frames, one network each, as in section 4.3. They are trained on this
+project's motion, so FIDs are not comparable with the paper's; the order of rows is.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ NUMBERS = 22 * 3 + 3
 
 
 def frames(motions: Motions) -> torch.Tensor:
-    """Return what ERD sees (B, 64, NUMBERS): joints relative to the pelvis, and the pelvis' velocity (10 cm a frame).
+    """Return the inputs of ERD (B, 64, NUMBERS): joints relative to the pelvis, and its velocity (10 cm a frame).
 
-    Turned to the facing of the first frame, so that the camera does not count.
+    They are in the frame of the first frame's facing, and so independent of the camera.
     """
     positions, velocities = motions.positions[:, 1:], motions.velocities.transpose(1, 2)
     across = motions.positions[:, 0, 1] - motions.positions[:, 0, 2]
@@ -42,7 +42,7 @@ def frames(motions: Motions) -> torch.Tensor:
 
 
 class Erd(nn.Module):
-    """Predicts the next frame from those before it; its features are the LSTM's last state."""
+    """A network that predicts the next frame from the previous ones; its features are the LSTM's last state."""
 
     def __init__(self, hidden: int = HIDDEN) -> None:
         super().__init__()
@@ -60,7 +60,7 @@ class Erd(nn.Module):
 
 
 def train(data: Dataset, length: int, steps: int, batch: int = 64, seed: int = 0) -> tuple[Erd, float]:
-    """Return a network for windows of ``length`` frames and its last loss."""
+    """Train a network for windows of ``length`` frames; return it with its last loss."""
     torch.manual_seed(seed)
     random = torch.Generator().manual_seed(seed)
     made = Erd().to(data.device)

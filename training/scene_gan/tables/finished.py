@@ -1,10 +1,10 @@
-"""Finished takes of the method in the test rooms, through cameras of their own: beside the numbers of the raw network.
+"""Measure finished takes of the method in the test rooms, to compare with the raw network.
 
 python -m samp_blender.training.scene_gan.tables.finished --corpus cache/rooms --weights RUN --output finished.json
     --rooms 60 --cameras 5 --seeds 4 --seconds 10
 
-The character is placed in view. Printed: the share of takes that are made within 8 draws a window, draws, time, stance
-slide, jerk at the joins beside the rest, and APD of the takes of a camera. Goes on where it was stopped.
+The character is placed in view of a random camera. Prints the share of takes generated within 8 draws a window, draws,
+time, stance slide, jerk at the joins and overall, and APD of the takes of a camera. An interrupted run is resumed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ STRIDE = 64 - OVERLAP  # frames between two joins
 
 
 def views(data: store.RoomData, count: int, rng: np.random.Generator) -> list[CameraView]:
-    """Return what ``count`` cameras see of a room; each sees the start of a captured window."""
+    """Return the views of a room from ``count`` cameras, each with the start of a captured window in view."""
     chosen = room_windows.of_room(data, 60, rng)
     joints = room_windows.first_joints(room_windows.motion(data, chosen), chosen["episode"])
     made, cameras, _ = room_pictures.of_room(data, joints, count, rng, colour=True)
@@ -114,7 +114,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--corpus", type=Path, required=True)
-    parser.add_argument("--weights", type=Path, required=True, help="folder that train.py wrote")
+    parser.add_argument("--weights", type=Path, required=True, help="folder written by train.py")
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--rooms", type=int, default=60)
     parser.add_argument("--cameras", type=int, default=5)

@@ -1,10 +1,10 @@
-"""Tables 1, 2 and 4 of the paper on the test rooms.
+"""Compute tables 1, 2 and 4 of the paper on the test rooms.
 
 python -m samp_blender.training.scene_gan.tables.make --data DATA/test --erd ERD --run csgn=RUNS/csgn --run all=RUNS/all
     --frames 10000 --output tables.json
 
-For each run: Motion FID, non-collision with intervals over rooms, behaviour beside captured, and the spread over time.
-"captured" is one half of the captured windows against the other; its collisions are those of the data.
+For each run: Motion FID, non-collision with intervals over rooms, behaviour, and the spread over time. "captured" is
+one half of the captured windows against the other; its collisions are those of the data.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def drawing(made: SceneGan, data: Dataset, seed: int) -> Draw:
 @torch.no_grad()
 def evaluate(data: Dataset, draw: Draw, networks_of_fid: dict[int, erd.Erd], rows: np.ndarray, real: torch.Tensor,
              seed: int) -> dict:  # fmt: skip
-    """Return the measures of one way to make windows, for the pairs ``rows``; one random frame of each counts."""
+    """Return the measures of a generator for the pairs ``rows``, with collisions in one random frame of each."""
     random = torch.Generator().manual_seed(seed)
     seen, counts, rooms = [], {radius: [] for radius in measures.RADII}, []
     behaviour: list[dict[str, float]] = []
@@ -71,7 +71,7 @@ def evaluate(data: Dataset, draw: Draw, networks_of_fid: dict[int, erd.Erd], row
 
 
 def interval(counts: torch.Tensor, rooms: np.ndarray, seed: int) -> list[float]:
-    """Return the non-collision rate and its 95 % interval, rooms resampled."""
+    """Return the non-collision rate and its 95 % interval, by resampling rooms."""
     random, numbers = np.random.default_rng(seed), np.unique(rooms)
     by_room = {n: counts[torch.as_tensor(rooms == n)] for n in numbers}
     drawn = [
@@ -83,7 +83,7 @@ def interval(counts: torch.Tensor, rooms: np.ndarray, seed: int) -> list[float]:
 
 @torch.no_grad()
 def spread_over_time(data: Dataset, draw: Draw, seed: int) -> list[float]:
-    """Return the mean standard deviation (m) of samples with the same ends, at every eighth frame (figure 7)."""
+    """Return the mean standard deviation, metres, of samples with the same ends, at every eighth frame (figure 7)."""
     random = np.random.default_rng(seed)
     starts, samples = SPREAD_OF
     found = []
@@ -94,7 +94,7 @@ def spread_over_time(data: Dataset, draw: Draw, seed: int) -> list[float]:
 
 
 def text(tables: dict[str, dict]) -> str:
-    """Return tables 1, 2 and 4 as one table of Markdown."""
+    """Return tables 1, 2 and 4 as one Markdown table."""
     lines = ["| row | FID short | mid | long | mean | 30 mm | 45 mm | 60 mm | sits down | walks | stays |",
              "|" + "---|" * 11]  # fmt: skip
     for name, row in tables.items():

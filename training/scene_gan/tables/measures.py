@@ -1,4 +1,4 @@
-"""Motion FID, non-collision, and what people do, of windows in their rooms (section 4.3)."""
+"""Motion FID, non-collision and behaviour of windows in their rooms (section 4.3)."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from . import erd
 CLIPS = {"short": (2, 4), "mid": (8, 16), "long": (32, 64)}
 """Frames of the clips whose FIDs are averaged."""
 RADII = (0.03, 0.045, 0.06)  # metres
-THRESHOLDS = (40, 60, 80, 100)  # points of the depth map inside the body
-COUNTED_WIDTH = 256  # pixels; points of narrower maps count as often as they would be in one of this width
+THRESHOLDS = (40, 60, 80, 100)  # largest numbers of points of the depth map inside the body
+COUNTED_WIDTH = 256  # width (pixels) to which the counts of other maps are scaled
 SITTING, MOVING = 0.65, 0.5
-"""Height of the pelvis over the floor, of standing, under which a body sits; metres that a walk covers."""
+"""Height of the pelvis, relative to standing, below which a body sits; least displacement (m) of a walk."""
 
 
 @torch.no_grad()
 def motion_fid(networks: dict[int, erd.Erd], real: torch.Tensor, made: torch.Tensor) -> dict[str, float]:
     """Return FIDs of generated frames (M, 64, NUMBERS) against captured ones (N, 64, NUMBERS): short, mid, long, mean.
 
-    Each clip length is the mean over the networks; windows are cut into clips that do not overlap.
+    Each clip length is the mean over the networks; windows are cut into non-overlapping clips.
     """
     out = {}
     for name, lengths in CLIPS.items():
@@ -40,7 +40,7 @@ def motion_fid(networks: dict[int, erd.Erd], real: torch.Tensor, made: torch.Ten
 
 
 def cloud(depth: torch.Tensor, lens: torch.Tensor) -> torch.Tensor:
-    """Return the points (H W, 3) of a depth map (H, W) in camera coordinates, metres; far off where there is none."""
+    """Return the points (H W, 3) of a depth map (H, W) in camera coordinates, metres; distant without depth."""
     height, width = depth.shape
     y, x = torch.meshgrid(torch.arange(height) + 0.5, torch.arange(width) + 0.5, indexing="ij")
     points = torch.stack(
@@ -50,7 +50,7 @@ def cloud(depth: torch.Tensor, lens: torch.Tensor) -> torch.Tensor:
 
 
 def points_inside(joints: torch.Tensor, points: torch.Tensor, radius: float) -> torch.Tensor:
-    """Return how many points (N, 3) are within a radius of a bone of each body (T, 22, 3), (T,)."""
+    """Return the number (T,) of points (N, 3) within a radius of a bone of each body (T, 22, 3), metres."""
     parents = torch.tensor(kinematics.PARENTS[1:])
     begin, end = joints[:, parents], joints[:, 1:]
     near = ((points - joints.reshape(-1, 3).mean(0)).abs() < 3.0).all(-1)
@@ -78,9 +78,9 @@ def non_collision(counts: torch.Tensor) -> float:
 def collisions(
     motions: Motions, start: Start, depth: torch.Tensor, frames: torch.Tensor
 ) -> dict[float, torch.Tensor]:
-    """Return, for each radius, the points inside the bodies of one frame of each window (B,).
+    """Return, for each radius, the number (B,) of points inside the body in one frame of each window.
 
-    depth: (B, H, W) metres of the whole picture, moved as its start is. frames: (B,) of 0 to 64.
+    depth: (B, H, W) metres of the whole picture, shifted like its start. frames: (B,) from 0 to 64.
     """
     from ....models.scene_gan.projection import to_camera
 
@@ -96,7 +96,7 @@ def collisions(
 
 
 def behaviour(motions: Motions, start: Start) -> dict[str, float]:
-    """Return the shares of windows that sit down, that walk and that stay, and the mean of the way, metres."""
+    """Return the shares of windows that sit down, walk and stay, and the mean displacement, metres."""
     height = motions.root[..., 1] - motions.root[:, :1, 1] + start.height[:, None]
     standing = (-start.rest[:, :, 1].min(1).values)[:, None]
     low = height < SITTING * standing
@@ -112,8 +112,8 @@ def behaviour(motions: Motions, start: Start) -> dict[str, float]:
 def spread(ways: torch.Tensor) -> torch.Tensor:
     """Return the standard deviation over time (64,) of samples (S, 65, 3) with the same start, metres (figure 7).
 
-    The paper's samples also have the same end; here each is turned and scaled in the plane so that it ends where the
-    first one does, ones that do not move away are left out.
+    The paper's samples also have the same end; here each is rotated and scaled in the plane to the end of the first
+    one, and those that do not move away are left out.
     """
     moved = (ways - ways[:, :1])[..., [0, 2]]
     ends = torch.complex(moved[:, -1, 0], moved[:, -1, 1])
