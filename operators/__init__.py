@@ -43,6 +43,7 @@ OPERATORS = (
     "bake",
     "refine",
     "look_at",
+    "hand_target",
     "set_cushion",
     "measure",
     "export_npz",

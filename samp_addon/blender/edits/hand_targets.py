@@ -1,0 +1,172 @@
+"""A hand of a character on an empty, an object or a vertex, as a new Action."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from ... import frames
+from ...edits.hand_target import EASE, MISSED, HandOnTarget, hand_target, resting_frames
+from ...errors import SampError
+from ...motion import Motion
+from ...refine.hands.palm import SIDES, palm
+from ..actions import keyframes, notes, rekeying
+from ..actions.action_names import derived_name
+from ..takes import seen
+
+
+@dataclass(frozen=True)
+class Baked:
+    """The new Action, and how well the hand reaches its target. frame: of the scene, in which it is farthest off."""
+
+    action: bpy.types.Action
+    side: str
+    target: str
+    missed: float
+    frame: int
+
+    def sentence(self) -> str:
+        """Return what came of it."""
+        if self.missed <= MISSED:
+            return f"The {self.side} hand is on '{self.target}' in '{self.action.name}'."
+        return (
+            f"The {self.side} hand misses '{self.target}' by {100 * self.missed:.0f} cm in frame {self.frame} of "
+            f"'{self.action.name}'; move the target or the character nearer."
+        )
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A point fixed to an object, in its own axes. place: (3,); normal: (3,) of the surface there, or None."""
+
+    place: np.ndarray
+    normal: np.ndarray | None
+
+
+def bake(
+    context: bpy.types.Context,
+    target: bpy.types.Object,
+    side: str,
+    character: str = "",
+    first: int | None = None,
+    last: int | None = None,
+    ease: float = EASE,
+    vertex: int | None = None,
+    action_name: str = "",
+) -> Baked:
+    """Bring a hand of a character to an object in some frames of its active Action, as a new Action, now active.
+
+    target: an empty; or a mesh, touched at ``vertex``, or without one where its surface is nearest to the hand. first,
+    last: frames of the scene; those of the rest where left out. ease: seconds of the way there, and back. Raise
+    SampError where there is no character, Action or vertex, for an empty range, and for the character's own objects.
+    """
+    if side not in SIDES:
+        raise SampError(f"There is no hand '{side}'; choose {' or '.join(SIDES)}.")
+    owner, action = keyframes.find_action(context, character, action_name)
+    _require_other(owner, target)
+    keyframes.require_editable(owner)
+    begin, end = rekeying.frame_span(action)
+    motion = keyframes.read_motion(owner, action, begin, end, context.scene)
+    rest = resting_frames(motion)
+    low = rest[0] if first is None else max(first - begin, 0)
+    high = rest[1] if last is None else min(last, end) - begin
+    if high < low:
+        raise SampError(f"'{action.name}' has no frames in this range; choose frames from {begin} to {end}.")
+    point = _point(context, target, vertex, motion, side, low, begin)
+    places, normals = _over_time(context, target, point, range(begin, end + 1))
+    made = hand_target(motion, side, places, low, high, ease, None if normals is None else -normals)
+    new = _written(owner, action, motion, made, begin, derived_name(action, f" {side} hand"))
+    return Baked(new, side, target.name, made.missed, begin + made.frame)
+
+
+def _written(
+    owner: bpy.types.Object,
+    action: bpy.types.Action,
+    motion: Motion,
+    made: HandOnTarget,
+    begin: int,
+    name: str,
+) -> bpy.types.Action:
+    """Write the motion as a copy of the Action that knows of the hand, and make it the active one."""
+    new, slot = rekeying.rekey_copy(owner, action, motion, made.motion, begin, name)
+    busy = made.contact.weight > 0
+    before = notes.read_hands(action, begin, begin + len(motion) - 1)
+    held = [hand.without(busy) if hand.side == made.contact.side else hand for hand in before]
+    notes.write_hands(new, [*(hand for hand in held if hand.weight.any()), made.contact], begin)
+    if action.library is None:
+        action.use_fake_user = True
+    keyframes.activate_action(owner, new, slot)
+    return new
+
+
+def _require_other(owner: bpy.types.Object, target: bpy.types.Object) -> None:
+    """Raise SampError where the target is the character or moves with it."""
+    above = target
+    while above is not None:
+        if above == owner or above.find_armature() == owner:
+            raise SampError(
+                f"'{target.name}' moves with '{owner.name}'; choose a target that it does not carry."
+            )
+        above = above.parent
+
+
+def _point(
+    context: bpy.types.Context,
+    target: bpy.types.Object,
+    vertex: int | None,
+    motion: Motion,
+    side: str,
+    frame: int,
+    begin: int,
+) -> _Point:
+    """Return what is touched. Raise SampError for a vertex that is not there."""
+    if target.type != "MESH":
+        if vertex is not None:
+            raise SampError(f"'{target.name}' has no vertices; name a mesh, or leave the vertex out.")
+        return _Point(np.zeros(3), None)
+    with seen.frame_kept(context.scene):
+        context.scene.frame_set(begin + frame)
+        shown = target.evaluated_get(context.evaluated_depsgraph_get())
+        mesh = shown.data
+        if vertex is not None:
+            if not 0 <= vertex < len(mesh.vertices):
+                raise SampError(
+                    f"'{target.name}' has no vertex {vertex}; choose one from 0 to {len(mesh.vertices) - 1}."
+                )
+            found = mesh.vertices[vertex]
+            return _Point(np.array(found.co), np.array(found.normal))
+        middle, _ = palm(*motion.forward_kinematics(), motion.rest_joints, side)
+        world = frames.to_blender(middle[frame])
+        if not len(mesh.polygons):
+            return _Point(np.zeros(3), None)
+        near, place, normal, _ = shown.closest_point_on_mesh(shown.matrix_world.inverted() @ Vector(world))
+    return _Point(np.array(place), np.array(normal)) if near else _Point(np.zeros(3), None)
+
+
+def _over_time(
+    context: bpy.types.Context, target: bpy.types.Object, point: _Point, times: range
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return place and normal (T, 3) of the point, network frame; the scene's frames are evaluated only where the
+    target may move."""
+    worlds = np.empty((len(times), 4, 4))
+    if seen.mover(target, True) is None:
+        worlds[:] = _world(context, target)
+    else:
+        with seen.frame_kept(context.scene):
+            for k, frame in enumerate(times):
+                context.scene.frame_set(frame)
+                worlds[k] = _world(context, target)
+    places = worlds[:, :3, :3] @ point.place + worlds[:, :3, 3]
+    if point.normal is None:
+        return frames.to_network(places), None
+    normals = np.linalg.inv(worlds[:, :3, :3]).swapaxes(-1, -2) @ point.normal
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-9)
+    return frames.to_network(places), frames.to_network(normals)
+
+
+def _world(context: bpy.types.Context, obj: bpy.types.Object) -> np.ndarray:
+    shown = obj.evaluated_get(context.evaluated_depsgraph_get())
+    return np.array(shown.matrix_world, dtype=np.float64)
