@@ -28,6 +28,7 @@ from ...progress import Progress
 from ...scene.geometry import SceneGeometry
 from ..actions import keyframes, notes, refine_action
 from ..character import armature, character, characters, start
+from ..edits import origin
 from ..overlays import start_marker
 from ..scene import preconditions, read_scene, read_view
 from ..sub_goals import arrows
@@ -189,6 +190,8 @@ def in_slices(
             written.append(action)
             if take.goal is not None:
                 notes.write_goal(action, take.goal)
+            via = plan.work.views[0].via if plan.work.views else ()
+            origin.write(context, action, plan.work.job, take, via, plan.frame_start)
             notes.write_ground(action, take.laid_ground)
             shown, off = seen.shown_motion(context, owner, action)
             remarked = replace(take, remarks=(*take.remarks, *off))
