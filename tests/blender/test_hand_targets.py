@@ -10,6 +10,7 @@ import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.actions import keyframes, notes, refine_action
 from samp_blender.samp_addon.blender.character import character
+from samp_blender.samp_addon.blender.edits import hand_targets
 from samp_blender.samp_addon.edits.hand_target import hand_target
 from samp_blender.samp_addon.refine.hands.palm import palm
 
@@ -118,9 +119,18 @@ def test_refusals(owner, cup, options, message):
     assert len(bpy.data.actions) == count
 
 
-def test_what_is_out_of_reach_is_told(owner, cup):
-    from samp_blender.samp_addon.blender.edits import hand_targets
+def test_a_job_brings_hands_to_targets_while_it_is_baked(owner, cup):
+    motion = recordings.walk(60, speed=0.0)
+    made, (contact,), missed = hand_targets.applied(bpy.context, owner, motion, ("right=Cup:20-50",), 1)
+    middle, _ = palm(*made.forward_kinematics(), made.rest_joints, "right")
+    assert np.linalg.norm(frames.to_blender(middle)[19:50] - places(cup, 20, 50), axis=-1).max() < 0.01
+    assert contact.weight[19:50].min() == 1 and missed == []
+    same, none, told = hand_targets.applied(bpy.context, owner, motion, ("left=Nothing",), 1)
+    assert none == [] and told == ["There is no 'Nothing' for the left hand."]
+    assert np.array_equal(same.root, motion.root)
 
+
+def test_what_is_out_of_reach_is_told(owner, cup):
     cup.animation_data_clear()
     cup.location = (0, -2.5, 1)
     made = hand_targets.bake(bpy.context, cup, "left", owner.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -9,12 +10,15 @@ import numpy as np
 from mathutils import Vector
 
 from ... import frames
+from ...body import proportions
 from ...edits.hand_target import EASE, MISSED, HandOnTarget, hand_target, resting_frames
 from ...errors import SampError
 from ...motion import Motion
-from ...refine.hands.palm import SIDES, palm
+from ...pipeline import hand_request
+from ...refine.hands.palm import SIDES, HandContact, palm
 from ..actions import keyframes, notes, rekeying
 from ..actions.action_names import derived_name
+from ..character.armature import calibrate
 from ..takes import seen
 
 
@@ -70,16 +74,63 @@ def bake(
     keyframes.require_editable(owner)
     begin, end = rekeying.frame_span(action)
     motion = keyframes.read_motion(owner, action, begin, end, context.scene)
-    rest = resting_frames(motion)
+    made, frame = _solved(context, target, motion, side, begin, first, last, ease, vertex)
+    new = _written(owner, action, motion, made, begin, derived_name(action, f" {side} hand"))
+    return Baked(new, side, target.name, made.missed, frame)
+
+
+def applied(
+    context: bpy.types.Context, owner: bpy.types.Object, motion: Motion, texts: Sequence[str], begin: int
+) -> tuple[Motion, list[HandContact], list[str]]:
+    """Return a motion, not written yet, with the hands of a job on their targets; the contacts; and a sentence for each
+    that does not reach its target or has none. begin: the frame of the scene in which the motion begins."""
+    contacts, remarks = [], []
+    if texts:
+        rest = calibrate(owner).rest_joints
+        motion = proportions.adapt(motion, rest).resampled(keyframes.frames_per_second(context.scene))
+    for text in texts:
+        wanted = hand_request.parse(text)
+        target = context.scene.objects.get(wanted.target)
+        try:
+            if target is None:
+                raise SampError(f"There is no '{wanted.target}' for the {wanted.side} hand.")
+            _require_other(owner, target)
+            made, frame = _solved(
+                context, target, motion, wanted.side, begin, wanted.first, wanted.last, EASE, wanted.vertex
+            )
+        except SampError as error:
+            remarks.append(str(error))
+            continue
+        motion = made.motion
+        contacts.append(made.contact)
+        if made.missed > MISSED:
+            remarks.append(
+                f"The {wanted.side} hand misses '{target.name}' by {100 * made.missed:.0f} cm in frame {frame}."
+            )
+    return motion, contacts, remarks
+
+
+def _solved(
+    context: bpy.types.Context,
+    target: bpy.types.Object,
+    motion: Motion,
+    side: str,
+    begin: int,
+    first: int | None,
+    last: int | None,
+    ease: float,
+    vertex: int | None,
+) -> tuple[HandOnTarget, int]:
+    """Return the motion with a hand on a target, and the frame of the scene in which it is farthest off."""
+    rest, end = resting_frames(motion), begin + len(motion) - 1
     low = rest[0] if first is None else max(first - begin, 0)
     high = rest[1] if last is None else min(last, end) - begin
     if high < low:
-        raise SampError(f"'{action.name}' has no frames in this range; choose frames from {begin} to {end}.")
+        raise SampError(f"The take has no frames in this range; choose frames from {begin} to {end}.")
     point = _point(context, target, vertex, motion, side, low, begin)
     places, normals = _over_time(context, target, point, range(begin, end + 1))
     made = hand_target(motion, side, places, low, high, ease, None if normals is None else -normals)
-    new = _written(owner, action, motion, made, begin, derived_name(action, f" {side} hand"))
-    return Baked(new, side, target.name, made.missed, begin + made.frame)
+    return made, begin + made.frame
 
 
 def _written(
