@@ -84,6 +84,7 @@ def first_frame(
 
 def changes(context: bpy.types.Context, made: Origin) -> list[Change]:
     """Return what was moved since a take was made: way-points, goal arrows and targets."""
+    context.view_layer.update()  # matrices are stale after a script moved something
     found = []
     now = [frames.to_blender(place) for place in waypoints.positions(context)]
     if len(now) == len(made.via):

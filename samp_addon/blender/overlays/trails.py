@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import bpy
+import numpy as np
 from bpy.app.handlers import persistent
 
 from ...errors import SampError
@@ -13,10 +14,10 @@ from ..actions import keyframes, notes
 if TYPE_CHECKING:
     from ...edits.trails import Trails
 
-WIDTH, DOT = 2.5, 9.0
-"""Pixels of lines, and of the dots where feet stand."""
-RAISED = 0.01
-"""Metres by which dots are drawn over the floor."""
+WIDTH = 2.5
+"""Pixels of lines."""
+CROSS = np.array([[0.03, 0.03, 0.0], [0.03, -0.03, 0.0]])
+"""Metres from the middle of the cross where a foot stands to the ends of its arms."""
 
 _handles: list[object] = []
 _known: dict[tuple, Trails | None] = {}
@@ -74,29 +75,27 @@ def _draw() -> None:
 
 
 def _paint(found: Trails) -> None:
-    """Draw lines and dots on the GPU."""
+    """Draw lines on the GPU."""
     import gpu
     from gpu_extras.batch import batch_for_shader
 
     from ... import frames
     from ...edits.trails import RED, STANDS
 
-    lines = frames.to_blender(found.points.reshape(-1, 3))
+    lines = [frames.to_blender(found.points.reshape(-1, 3))]
+    colours = [found.colours.repeat(2, axis=0)]
+    for arm in CROSS:  # a cross where a foot stands
+        lines.append((frames.to_blender(found.stands)[:, None] + [-arm, arm]).reshape(-1, 3))
+        shades = np.where(found.slides[:, None], RED, STANDS).reshape(-1, 4)
+        colours.append(shades.repeat(2, axis=0))
     shader = gpu.shader.from_builtin("POLYLINE_FLAT_COLOR")
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_test_set("LESS_EQUAL")
     shader.bind()
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
     shader.uniform_float("lineWidth", WIDTH)
-    colours = found.colours.repeat(2, axis=0)
-    batch_for_shader(shader, "LINES", {"pos": lines.tolist(), "color": colours.tolist()}).draw(shader)
-    if len(found.stands):
-        dots = frames.to_blender(found.stands) + [0.0, 0.0, RAISED]
-        shades = [RED if slides else STANDS for slides in found.slides]
-        flat = gpu.shader.from_builtin("FLAT_COLOR")
-        gpu.state.point_size_set(DOT)
-        batch_for_shader(flat, "POINTS", {"pos": dots.tolist(), "color": shades}).draw(flat)
-        gpu.state.point_size_set(1.0)
+    content = {"pos": np.concatenate(lines).tolist(), "color": np.concatenate(colours).tolist()}
+    batch_for_shader(shader, "LINES", content).draw(shader)
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
 
