@@ -11,6 +11,7 @@ import numpy as np
 
 from ... import frames
 from ...body import betas, proportions
+from ...edits.continuation import continued
 from ...errors import SampError
 from ...methods.take import Failure, Take
 from ...motion import Motion
@@ -173,7 +174,7 @@ def write(
         raise SampError("The take was deleted meanwhile; start again.")
     rate = keyframes.frames_per_second(context.scene)
     rest = armature.calibrate(owner).rest_joints
-    tail = proportions.adapt(take.motion, rest).resampled(rate)
+    tail = continued(plan.head, proportions.adapt(take.motion, rest).resampled(rate))
     again = _AGAIN.match(action.name) if plan.suffix == SUFFIX else None
     name = again[1] + SUFFIX if again else derived_name(action, plan.suffix)
     new = rewriting.continued(owner, action, plan.frame, tail, name)
