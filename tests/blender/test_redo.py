@@ -10,7 +10,7 @@ import rooms
 import samp_blender
 from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.actions import keyframes, notes
-from samp_blender.samp_addon.blender.edits import following, origin, redo
+from samp_blender.samp_addon.blender.edits import following, origin, redo, watching
 from samp_blender.samp_addon.methods.samp import networks
 
 
@@ -143,3 +143,18 @@ def test_an_edited_copy_is_refused(owner):
     bpy.ops.samp.retime_take(action_name=take.name, walk=1.5)
     with pytest.raises(RuntimeError, match="was made is not known"):
         bpy.ops.samp.redo_from_here(use_frame=True, frame=10)
+
+
+def test_a_take_follows_by_itself_once(owner):
+    take = sat(owner)
+    bpy.context.view_layer.objects.active = owner
+    assert watching.follow() is None and owner.animation_data.action == take
+    bpy.data.objects["Sofa"].location.x += 0.4
+    assert watching.follow() is None
+    made = owner.animation_data.action
+    assert made != take and following.changes(bpy.context, origin.read(made)) == []
+    count = len(bpy.data.actions)
+    bpy.data.objects["Sofa"].location.z += 50  # where nobody gets to
+    for _ in range(2):
+        assert watching.follow() is None and len(bpy.data.actions) == count
+    assert owner.animation_data.action == made
