@@ -88,6 +88,17 @@ def test_a_mesh_is_touched_at_a_vertex_or_where_it_is_nearest(owner, vertex):
         assert np.linalg.norm(found - place, axis=-1).max() < 0.01
 
 
+def test_a_hand_rests_on_top_of_a_table_and_not_on_what_is_lower(owner):
+    """A box with a top at 0.9 m, whose side is nearer to the hand, and a low bench below the knees."""
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(0.75, -0.1, 0.45), scale=(0.7, 0.7, 0.9))
+    made = hand_targets.bake(bpy.context, bpy.context.object, "left", owner.name)
+    assert made.missed < 0.01 and np.abs(palms(owner, "left")[:, 2] - 0.9).max() < 0.01
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(0.75, -0.1, 0.15), scale=(0.7, 0.7, 0.3))
+    hand_targets.bake(bpy.context, bpy.context.object, "left", owner.name)
+    (contact,) = notes.read_hands(owner.animation_data.action, 1, 60)
+    assert contact.places[0, 1] == pytest.approx(0.3, abs=1e-3)  # the nearest point, by lack of a higher top
+
+
 def test_contact_is_kept_through_refine(owner, cup):
     bpy.ops.mesh.primitive_plane_add(size=6)
     bpy.ops.samp.hand_target(

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 from mathutils import Vector
+from mathutils.bvhtree import BVHTree
 
-from ... import frames
+from ... import frames, skeleton
 from ...body import proportions
 from ...edits.hand_target import EASE, MISSED, HandOnTarget, hand_target, resting_frames
 from ...errors import SampError
@@ -20,6 +21,11 @@ from ..actions import keyframes, notes, rekeying
 from ..actions.action_names import derived_name
 from ..character.armature import calibrate
 from ..takes import seen
+
+UPWARD, REACH = 0.8, 0.8
+"""Upward component of the normal of a top, and metres within which a hand rests on one."""
+KNEES = [skeleton.INDEX[f"{side}_knee"] for side in SIDES]
+"""A top below the knees is the seat, the floor or under the thighs."""
 
 
 @dataclass(frozen=True)
@@ -189,11 +195,35 @@ def _point(
                 )
             found = mesh.vertices[vertex]
             return _Point(np.array(found.co), np.array(found.normal))
-        middle, _ = palm(*motion.forward_kinematics(), motion.rest_joints, side)
-        world = frames.to_blender(middle[frame])
-        if not len(mesh.polygons):
-            return _Point(np.zeros(3), None)
-        near, place, normal, _ = shown.closest_point_on_mesh(shown.matrix_world.inverted() @ Vector(world))
+        joints, globals_ = motion.forward_kinematics()
+        middle, _ = palm(joints, globals_, motion.rest_joints, side)
+        knees = float(joints[frame, KNEES, 1].max())
+        return _touched(shown, Vector(frames.to_blender(middle[frame])), knees)
+
+
+def _touched(shown: bpy.types.Object, hand: Vector, above: float) -> _Point:
+    """Return where a hand touches an evaluated mesh: on top of it over a height, such as on an armrest or a table, and
+    otherwise where its surface is nearest."""
+    mesh = shown.data
+    world = np.array(shown.matrix_world, dtype=np.float64)
+    inverse = shown.matrix_world.inverted_safe()
+    count = len(mesh.polygons)
+    flat = {name: np.empty(3 * count, np.float32) for name in ("normal", "center")}
+    for name, values in flat.items():
+        mesh.polygons.foreach_get(name, values)
+    up = flat["normal"].reshape(-1, 3) @ np.linalg.inv(world[:3, :3])
+    up = up[:, 2] / np.maximum(np.linalg.norm(up, axis=-1), 1e-9)
+    height = (flat["center"].reshape(-1, 3) @ world[:3, :3].T + world[:3, 3])[:, 2]
+    chosen = np.flatnonzero((up > UPWARD) & (height > above))
+    if len(chosen):
+        corners = [shown.matrix_world @ vertex.co for vertex in mesh.vertices]
+        tree = BVHTree.FromPolygons(corners, [mesh.polygons[int(k)].vertices[:] for k in chosen])
+        place, _, index, _ = tree.find_nearest(hand, REACH)
+        if place is not None:
+            return _Point(np.array(inverse @ place), np.array(mesh.polygons[int(chosen[index])].normal))
+    if not count:
+        return _Point(np.zeros(3), None)
+    near, place, normal, _ = shown.closest_point_on_mesh(inverse @ hand)
     return _Point(np.array(place), np.array(normal)) if near else _Point(np.zeros(3), None)
 
 
