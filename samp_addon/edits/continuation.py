@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import rotation
+from .. import rotation, skeleton
 from ..body.hands import complete
 from ..easing import smoothstep
 from ..motion import Motion
@@ -49,7 +49,11 @@ def continued(head: Motion, tail: Motion) -> Motion:
     rotations = tail.rotations.copy()
     part = slice(1, length + 1)
     rotations[part] = rotation.slerp(rotations[part], going_on[1:], share[part, None])
-    return _planted(head, replace(tail, root=root, rotations=rotation.continuous(rotations)))
+    planted = _planted(head, replace(tail, root=root, rotations=rotations))
+    made = planted.rotations
+    # Hands and face are still: rounding would make them move, and give each a key on each frame.
+    made[:, skeleton.BODY_COUNT :] = tail.rotations[:, skeleton.BODY_COUNT :]
+    return replace(planted, rotations=rotation.continuous(made))
 
 
 def _planted(head: Motion, tail: Motion) -> Motion:
@@ -69,4 +73,4 @@ def _planted(head: Motion, tail: Motion) -> Motion:
     root[1:count] += share * (locked.root[len(before) :] - root[1:count])
     turned = rotation.slerp(rotations[1:count], locked.rotations[len(before) :], share)
     rotations[1:count] = turned
-    return replace(tail, root=root, rotations=rotation.continuous(rotations))
+    return replace(tail, root=root, rotations=rotations)

@@ -26,6 +26,7 @@ def test_the_speed_changes_gradually_and_the_end_stays(slower):
     np.testing.assert_array_equal(made.root[0], tail.root[0])
     np.testing.assert_allclose(made.root[60:], tail.root[60:], atol=1e-9)
     np.testing.assert_allclose(made.rotations[60:, :22], tail.rotations[60:], atol=1e-9)
+    assert np.ptp(made.rotations[:, 22:], axis=0).max() == 0  # hands and face need a single key
 
 
 def test_what_goes_on_already_hardly_changes():
