@@ -40,9 +40,15 @@ OPERATORS = (
     "retime_take",
     "loop_take",
     "reduce_keys",
+    "blend_take",
+    "take_to_strip",
+    "mark_take",
+    "redo_from_here",
+    "follow_goal",
     "bake",
     "refine",
     "look_at",
+    "hand_target",
     "set_cushion",
     "measure",
     "export_npz",
@@ -67,6 +73,8 @@ def register() -> None:
     import bpy
 
     from ..samp_addon import ui
+    from ..samp_addon.blender.edits import watching
+    from ..samp_addon.blender.overlays import trails
     from ..samp_addon.blender.rigs import bone_table
     from ..samp_addon.blender.sub_goals import following
 
@@ -75,6 +83,8 @@ def register() -> None:
         bpy.utils.register_class(operator_class(name))
     ui.register()
     following.register()
+    watching.register()
+    trails.register()
 
 
 def unregister() -> None:
@@ -82,9 +92,13 @@ def unregister() -> None:
     import bpy
 
     from ..samp_addon import ui
+    from ..samp_addon.blender.edits import watching
+    from ..samp_addon.blender.overlays import trails
     from ..samp_addon.blender.rigs import bone_table
     from ..samp_addon.blender.sub_goals import following
 
+    trails.unregister()
+    watching.unregister()
     following.unregister()
     ui.unregister()
     for name in reversed(OPERATORS):

@@ -55,21 +55,7 @@ class SAMP_OT_look_at(bpy.types.Operator):
         from ..samp_addon.blender.cast import looking
 
         owner, _ = keyframes.find_action(context, self.character)
-        target = self._target(context, owner)
+        target = outcome.other_object(context, owner, self.target)
         limits = (self.frame_start, self.frame_end) if self.use_range else (None, None)
         action = looking.bake(context, target, owner.name, *limits, self.ease)
         return f"'{owner.name}' looks at '{target.name}' in '{action.name}'."
-
-    def _target(self, context: bpy.types.Context, owner: bpy.types.Object) -> bpy.types.Object:
-        """Return what is looked at. Raise SampError where there is nothing."""
-        from ..samp_addon.errors import SampError
-
-        if self.target:
-            found = context.scene.objects.get(self.target)
-            if found is None:
-                raise SampError(f"There is no '{self.target}' in the scene; name an object to look at.")
-            return found
-        others = [obj for obj in context.selected_objects if owner not in (obj, obj.parent)]
-        if not others:
-            raise SampError("Nothing else is selected; select what to look at, then the character.")
-        return others[0]

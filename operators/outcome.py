@@ -69,3 +69,16 @@ def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Contex
         operator.poll_message_set("Go to Object Mode first")
         return False
     return True
+
+
+def other_object(context: bpy.types.Context, owner: bpy.types.Object, name: str = "") -> bpy.types.Object:
+    """Return the object of this name, or the selected one that is no part of the owner. Raise SampError without one."""
+    if name:
+        found = context.scene.objects.get(name)
+        if found is None:
+            raise SampError(f"There is no '{name}' in the scene; name an object that is there.")
+        return found
+    others = [obj for obj in context.selected_objects if owner not in (obj, obj.parent)]
+    if not others:
+        raise SampError("Nothing else is selected; select the target, then the character.")
+    return others[0]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..samp_addon.blender.thread_run import ThreadRun
 
 # Defaults as in refine/refinement.py, which is imported only when the operator runs.
-WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "thin", "goal")
+WEIGHTS = ("foot", "collision", "contact", "smooth", "close", "limits", "thin", "goal", "hand")
 
 
 def _weight(name: str, description: str, default: float = 1.0) -> object:
@@ -71,6 +71,7 @@ class SAMP_OT_refine(ThreadOperator, bpy.types.Operator):
     limits: _weight("Joint Limits", "Weight of staying within joint limits")
     thin: _weight("Thin Things", "Weight of keeping thin seats, slats and wires out of the body")
     goal: _weight("Goal", "Weight of ending at the goal")
+    hand: _weight("Hands", "Weight of keeping hands on their targets")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -94,6 +94,12 @@ def parser() -> argparse.ArgumentParser:
     add("--style", type=float, metavar="S", help="how much takes differ, 0 to 1 (0.1)")
     add("--speed", type=float, metavar="F", help="speed relative to captured motion, 0.5 to 2 (1)")
     add("--via", type=float, nargs="+", metavar="N", help="X Y Z [X Y Z ...]: places that the path passes")
+    add(
+        "--hand",
+        action="append",
+        metavar="SIDE=NAME",
+        help="left or right hand on an object: SIDE=NAME[#VERTEX][:FIRST-LAST], frames; again for the other hand",
+    )
     add("--refine", action="store_true", help="run the optimisation on each take")
     methods = (
         f"{', '.join(registry.METHODS)} ({registry.DEFAULT}); for several actions one for all, or one each"

@@ -132,6 +132,8 @@ def _job(options: Mapping[str, Any]) -> Job:
         values["shape"] = dict(values["shape"])
     if "start" in values:
         values["start"] = tuple(values["start"])
+    if "hand" in values:
+        values["hand"] = tuple(values["hand"])
     if "via" in values:
         values["via"] = _triples(values["via"])
     return Job(**{name: getattr(first, name) for name in (*ROW, "settings")}, **values, then=tuple(rest))
@@ -141,8 +143,9 @@ def _of_job(job: Job) -> dict[str, Any]:
     """Return the options of a job."""
     found = {f.name: getattr(job, f.name) for f in fields(Job)}
     found["settings"], found["shape"] = dict(job.settings), dict(job.shape)
-    if not job.shape:
-        del found["shape"]
+    for name in ("shape", "hand"):
+        if not found[name]:
+            del found[name]
     found["then"] = [_of_step(step, job) for step in job.then]
     return found
 

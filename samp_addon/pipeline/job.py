@@ -16,6 +16,7 @@ from ..errors import UsageError
 from ..methods import registry
 from ..methods.method import checked_settings
 from ..methods.step import Step
+from . import hand_request
 
 MOST_VARIANTS = 1000
 LARGEST_SEED = 2**31 - 1
@@ -29,8 +30,8 @@ class Job:
     and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape: measures
     of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
     character stands, or a free place. seed: of the first take; variants: how many takes. refine: whether contact,
-    penetration and foot slide of each take are corrected. then: the steps after the first, in the same takes. Raises
-    UsageError for values that cannot be used.
+    penetration and foot slide of each take are corrected. then: the steps after the first, in the same takes. hand:
+    what hands are on, see hand_request.py. Raises UsageError for values that cannot be used.
     """
 
     action: str = "sit"
@@ -50,6 +51,7 @@ class Job:
     via: tuple[tuple[float, float, float], ...] = ()
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     then: tuple[Step, ...] = ()
+    hand: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.variants <= MOST_VARIANTS:
@@ -61,6 +63,8 @@ class Job:
         if self.shape and self.character:
             raise UsageError("--shape is of the human that is made; leave out --character.")
         body_shape.check(self.shape)
+        for text in self.hand:
+            hand_request.parse(text)
         for step in self.steps:
             method = registry.find(step.method)
             checked_settings(method, step.settings)

@@ -21,6 +21,7 @@ from ..torch_threads import single_thread
 from . import energies
 from .feet.plan import FootPlan
 from .field import Field
+from .hands.palm import HandContact, offset
 from .hovering import TOUCHING, supported
 from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
 from .thin_things import ThinThings
@@ -47,6 +48,7 @@ SCALES = {
     "smooth": 0.05,
     "close": 1.0,
     "foot": 30.0,
+    "hand": 30.0,
     "limits": 20.0,
     "goal": 30.0,
 }
@@ -102,9 +104,10 @@ class Optimiser:
         resting: np.ndarray,
         sampling: Sampling | None = None,
         thin: ThinThings | None = None,
+        hands: Sequence[HandContact] = (),
     ) -> None:
         """weights: by the names in SCALES. resting: (T,) 1 in frames that rest on the goal, else 0. thin: surface
-        samples that are kept out of the body, or None."""
+        samples that are kept out of the body, or None. hands: that stay on what they are on."""
         self.sampling = sampling or Sampling()
         self.motion, self.body, self.field, self.weights = motion, body, field, weights
         self.pose = Pose(motion, body)
@@ -120,6 +123,7 @@ class Optimiser:
             np.stack([plan.ankle for plan in feet] + [plan.ball(motion.rest_joints) for plan in feet], 1)
         )
         self.standing = tensor(np.stack([plan.standing for plan in feet] * 2, 1))
+        self.hands = _hands(hands, body) if hands else None
         self.goal = None if goal is None else (tensor(goal.position), tensor(goal.direction))
         self.resting = tensor(resting)
         self.stiffness = tensor(_by_joint(STIFFNESS))
@@ -198,6 +202,10 @@ class Optimiser:
             parts["close"] = parts["close"] + GROUND * energies.on_ground(*feet)
         else:
             parts["foot"] = energies.foot_location(*feet)
+        if self.hands is not None:
+            wrists, tips, places, held = self.hands
+            palms = placed[:, wrists] + (turned[:, wrists] @ tips[..., None])[..., 0]
+            parts["hand"] = energies.foot_location(palms, places, held)
         if self.goal is not None:
             parts["goal"] = energies.on_goal(placed, *self.goal, self.resting)
         return sum(SCALES[name] * self.weights[name] * value for name, value in parts.items())
@@ -253,6 +261,19 @@ class Adam:
             mean, square = (m / (1 - b**self.count) for m, b in zip((first, second), BETAS, strict=True))
             tensor.sub_(share * rate * mean / (square.sqrt() + 1e-8))
             tensor.grad = None
+
+
+def _hands(
+    hands: Sequence[HandContact], body: Human
+) -> tuple[list[int], torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Return the wrists (H) of hands, the palms in their frames (H, 3), their places (T, H, 3) and weights (T, H)."""
+    tensor = lambda parts, axis: torch.tensor(np.stack(parts, axis), dtype=torch.float32)
+    return (
+        [skeleton.INDEX[f"{hand.side}_wrist"] for hand in hands],
+        tensor([offset(body.joints, hand.side) for hand in hands], 0),
+        tensor([hand.places for hand in hands], 1),
+        tensor([hand.weight for hand in hands], 1),
+    )
 
 
 def _by_joint(table: dict[str, float]) -> np.ndarray:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -23,6 +24,8 @@ from ..scene.geometry import extent
 from .feet.foot_lock import lock_to_plans
 from .feet.plan import FootPlan, lowest_ground, plan_feet
 from .field import Field
+from .hands import palm, reaching
+from .hands.palm import HandContact
 from .high_seats import knee_rises, knees_raised
 from .hovering import settle
 
@@ -46,7 +49,8 @@ class Settings:
 
     foot, collision, contact, smooth: of the feet's locations, which the first stage leaves out, and of equations 5 to
     7. close: of closeness to the input. limits: of the joint limits. thin: of thin things that pass through the body
-    (thin_things.py). goal: of the pelvis on its goal. strength: share of the change that is kept, 0 to 1.
+    (thin_things.py). goal: of the pelvis on its goal. hand: of hands on what they are on. strength: share of the change
+    that is kept, 0 to 1.
     """
 
     foot: float = 1.0
@@ -57,6 +61,7 @@ class Settings:
     limits: float = 1.0
     thin: float = 1.0
     goal: float = 1.0
+    hand: float = 1.0
     strength: float = 1.0
 
 
@@ -101,11 +106,13 @@ def refine(
     settings: Settings | None = None,
     progress: Progress = lambda stage, share: None,
     measured: bool = True,
+    hands: Sequence[HandContact] = (),
 ) -> Refined:
     """Refine a motion against its surroundings.
 
     body: the default human if omitted. progress: called with the stage and the share done; an exception that it
-    raises stops the work. measured: whether before and after are filled in. Raises SampError for a motion that is not
+    raises stops the work. measured: whether before and after are filled in. hands: that are on something and stay
+    there. Raises SampError for a motion that is not
     finite, and where no scene is near.
     """
     settings, body = settings or Settings(), body or human.load()
@@ -121,12 +128,14 @@ def refine(
     feet = None
     for stage in (0, 1):
         feet = plan_feet(refined, scene, feet)
-        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress, thin)
+        refined = _optimise(refined, scene, body, settings, goal, feet, stage, progress, thin, hands)
     progress("Feet", 0.9)
     if settings.foot > 0:
         refined = lock_to_plans(refined, feet, scene)
     if settings.contact > 0:
         refined = settle(refined, scene, body, LAST_SETTLING)
+    if settings.hand > 0:
+        refined = reaching.kept(refined, hands)
     if settings.strength < 1:
         refined = blended(motion, refined, settings.strength)
     progress("Measuring", 0.95)
@@ -171,6 +180,7 @@ def _optimise(
     stage: int,
     progress: Progress,
     thin: ThinThings | None,
+    hands: Sequence[HandContact],
 ) -> Motion:
     """Return the motion after one stage of gradient descent, window by window, each blended into the next."""
     from .optimiser import SCALES, Optimiser  # imports torch
@@ -187,6 +197,7 @@ def _optimise(
             motion.pose_slice(part), body, scene, weights, [plan.cut(part) for plan in feet],
             goal if resting[part].any() else None, resting[part],
             thin=thin.afresh() if thin is not None and settings.thin else None,
+            hands=palm.at_frames(hands, first, last - 1) if settings.hand else (),
         )  # fmt: skip
         report = lambda share, n=number: progress(
             "Refining", 0.05 + 0.42 * (stage + (n + share) / len(spans))

@@ -10,7 +10,7 @@ ENTRIES = (
     ("sit_here", "lie_here", "walk_here", "improvise"),
     ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "set_start"),
     ("add_sub_goal", "sample_bodies", "pin_body", "use_current_pose", "remove_sub_goal", "clear_sub_goals"),
-    ("refine", "look_at", "set_cushion", "measure"),
+    ("refine", "look_at", "hand_target", "redo_from_here", "follow_goal", "set_cushion", "measure"),
     ("create_character", "bake", "export_take", "carry_to_rig"),
 )
 METHODS = {"improvise": "scene_gan"} | dict.fromkeys(ENTRIES[2], "long_term")

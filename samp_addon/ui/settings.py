@@ -160,6 +160,14 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
         get=_get_take,
         set=_set_take,
     )
+    auto_follow: BoolProperty(
+        name="Auto Follow",
+        description="Generate the active take again whenever its target, a goal or a way-point was dragged",
+    )
+    show_trails: BoolProperty(
+        name="Trails",
+        description="Draw the ways of pelvis and feet of the active take; where feet slide they are red",
+    )
     steps: CollectionProperty(type=SAMP_PG_step)
     step_index: IntProperty(name="Step", default=0)
     cast: CollectionProperty(type=SAMP_PG_member)

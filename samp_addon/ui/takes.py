@@ -26,8 +26,17 @@ ICONS = {
 """Green, yellow, red and grey."""
 NAME_SHARE = 0.6
 """Share of a row's width that star, verdict and name take."""
-EDITS = (("retime_take", "TIME"), ("loop_take", "FILE_REFRESH"), ("reduce_keys", "IPO_BEZIER"))
+EDITS = (
+    ("retime_take", "TIME"),
+    ("loop_take", "FILE_REFRESH"),
+    ("reduce_keys", "IPO_BEZIER"),
+    ("blend_take", "MOD_TIME"),
+    ("redo_from_here", "RECOVER_LAST"),
+    ("follow_goal", "CON_FOLLOWPATH"),
+)
 """Operators that make an edited copy of a take."""
+PLACED = (("take_to_strip", "NLA"), ("mark_take", "MARKER"))
+"""Operators that do something with a take as it is."""
 LONGEST = 14
 """Characters of a name that fit into the list at the sidebar's default width."""
 
@@ -91,6 +100,9 @@ class SAMP_PT_takes(InPanel, bpy.types.Panel):
         else:
             row.prop(chosen, "name", text="")
         row.prop(settings, "only_character", text="", icon="ARMATURE_DATA")
+        row = layout.row()
+        row.prop(settings, "show_trails")
+        row.prop(settings, "auto_follow")
         if chosen is not None:
             _draw_measures(layout, chosen)
 
@@ -104,8 +116,12 @@ class SAMP_MT_edit_take(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         chosen = _active_take(context.scene.samp)
         name = "" if chosen is None else chosen.name
-        for operator, icon in EDITS:
-            self.layout.operator(f"samp.{operator}", icon=icon).action_name = name
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        for number, operators in enumerate((EDITS, PLACED)):
+            if number:
+                self.layout.separator()
+            for operator, icon in operators:
+                self.layout.operator(f"samp.{operator}", icon=icon).action_name = name
 
 
 def short_name(name: str) -> str:

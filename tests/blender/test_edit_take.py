@@ -101,7 +101,14 @@ def test_loops_go_on_for_ever(owner, take, in_place):
 def test_edits_are_offered_in_the_list_and_refuse_what_is_no_take(owner, take):
     from samp_blender.samp_addon.ui import takes
 
-    assert [name for name, _ in takes.EDITS] == ["retime_take", "loop_take", "reduce_keys"]
-    for name, _ in takes.EDITS:
+    assert [name for name, _ in takes.EDITS] == [
+        "retime_take",
+        "loop_take",
+        "reduce_keys",
+        "blend_take",
+        "redo_from_here",
+        "follow_goal",
+    ]
+    for name, _ in (*takes.EDITS, *takes.PLACED):
         with pytest.raises(RuntimeError, match="There is no take 'nothing'"):
             getattr(bpy.ops.samp, name)(action_name="nothing")

@@ -73,7 +73,9 @@ def sample_goals(triangles, action, count, seed, obstacles, floor=None):
 RAISED, BENT = 0.02, 0.3
 
 
-def refine(motion, surroundings, goal=None, body=None, settings=None, progress=lambda stage, share: None):
+def refine(
+    motion, surroundings, goal=None, body=None, settings=None, progress=lambda stage, share: None, hands=()
+):
     """Raises the body by 2 cm and bends its left knee by 0.3 rad more, in all frames."""
     if not len(surroundings.triangles):
         raise SampError("Nothing stands near the character; show the furniture.")

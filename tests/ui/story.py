@@ -28,6 +28,7 @@ def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object
     yield "star one, delete the other", session.keep
     yield "undo and redo", session.undo
     yield "Refine", session.refine
+    yield "trails", session.trails
     yield "goals and path", session.places
     yield "the right-click menu", session.menu
     yield "save and open again", session.save
@@ -179,6 +180,18 @@ class _Session:
         time.sleep(1.5)
         window.shot("refined")
         return f"{time.monotonic() - begun:.1f} s"
+
+    def trails(self) -> None:
+        window = self.window
+        before = window.ask("ui.redraw_seconds()")
+        window.press("show_trails")
+        window.wait("bpy.context.scene.samp.show_trails")
+        time.sleep(2.0)
+        window.shot("trails")
+        shown = window.ask("ui.redraw_seconds()")
+        self._check(shown < before + 0.5, f"a redraw takes {shown:.2f} s with trails, {before:.2f} s without")
+        window.press("show_trails")
+        window.wait("not bpy.context.scene.samp.show_trails")
 
     def _unfold(self, below: str, inside: str) -> None:
         """Click the header of the panel above a button's own until a button inside it is visible."""

@@ -19,7 +19,7 @@ from . import channels, notes
 
 
 @dataclass(frozen=True)
-class _Channel:
+class Channel:
     """Values (T, n) of one property of one bone; (1, n) if constant."""
 
     bone: str
@@ -57,7 +57,7 @@ def write_motion(
     action.use_fake_user = True
     writer = compat.CurveWriter(action, armature)
     times = np.arange(frame_start, frame_start + len(motion), dtype=np.float64)
-    for channel in _channels(armature, calibration, motion):
+    for channel in motion_channels(armature, calibration, motion):
         path = f'pose.bones["{bpy.utils.escape_identifier(channel.bone)}"].{channel.path}'
         for k in range(channel.values.shape[1]):
             writer.add(path, k, times[: len(channel.values)], channel.values[:, k], channel.bone)
@@ -103,15 +103,15 @@ def require_editable(armature: bpy.types.Object) -> None:
         )
 
 
-def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Motion) -> list[_Channel]:
+def motion_channels(armature: bpy.types.Object, calibration: Calibration, motion: Motion) -> list[Channel]:
     """Return the pelvis location, each bone's rotation, and rest values of other channels that would interfere."""
     pose = armature.pose.bones
     result = []
     for bone in calibration.ancestors:
         path, size = channels.rotation_channel(pose[bone].rotation_mode)
         for kind, count in (("location", 3), (path, size)):
-            result.append(_Channel(bone, kind, np.array([channels.rest_values(kind, count)])))
-    result.append(_Channel(calibration.bones[0], "location", pelvis_locations(calibration, motion.root)))
+            result.append(Channel(bone, kind, np.array([channels.rest_values(kind, count)])))
+    result.append(Channel(calibration.bones[0], "location", pelvis_locations(calibration, motion.root)))
     quaternions = bone_rotations(calibration, complete(motion.rotations))
     for j, bone in enumerate(calibration.bones):
         if bone is None:
@@ -120,13 +120,13 @@ def _channels(armature: bpy.types.Object, calibration: Calibration, motion: Moti
         path, _ = channels.rotation_channel(mode)
         values = channels.from_quaternions(mode, quaternions[:, j])
         still = j >= skeleton.BODY_COUNT and np.abs(values - values[0]).max() < 1e-9
-        result.append(_Channel(bone, path, values[:1] if still else values))
+        result.append(Channel(bone, path, values[:1] if still else values))
     for bone in (*calibration.ancestors, *filter(None, calibration.bones)):
         for kind in ("location", "scale"):
             rest = channels.rest_values(kind, 3)
             placed = kind == "location" and bone in (*calibration.ancestors, calibration.bones[0])
             if not placed and np.abs(np.array(getattr(pose[bone], kind)) - rest).max() > 1e-6:
-                result.append(_Channel(bone, kind, np.array([rest])))
+                result.append(Channel(bone, kind, np.array([rest])))
     return result
 
 

@@ -6,12 +6,16 @@ The panel reads these at every redraw: import nothing heavy here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ... import frames
 from ...motion import Goal, Motion
+
+if TYPE_CHECKING:
+    from ...refine.hands.palm import HandContact
 
 MOTION_KEY = "samp"
 """Contacts, action weights and interaction start of the Motion; marks an Action as a take."""
@@ -21,6 +25,9 @@ GOAL_KEY = "samp_goal"
 
 GROUND_KEY = "samp_ground"
 """Height in metres of the floor that was assumed in a scene without one."""
+
+HANDS_KEY = "samp_hands"
+"""Hands that are on something, with the frame in which their numbers begin; network frame."""
 
 MEASURES_KEY, BEFORE_KEY = "samp_measures", "samp_before"
 """Measures of the take, and for a refined take those of its source."""
@@ -110,6 +117,24 @@ def write_ground(action: bpy.types.Action, height: float | None) -> None:
 def read_ground(action: bpy.types.Action) -> float | None:
     """Return the height (metres) of the assumed floor, or None."""
     return action.get(GROUND_KEY)
+
+
+def write_hands(action: bpy.types.Action, hands: Sequence[HandContact], frame_start: int) -> None:
+    """Store hands that are on something, from frame_start on."""
+    action[HANDS_KEY] = {str(k): hand.stored() | {"frame": frame_start} for k, hand in enumerate(hands)}
+
+
+def read_hands(action: bpy.types.Action, start: int, end: int) -> tuple[HandContact, ...]:
+    """Return the hands that are on something in frames start to end."""
+    stored = action.get(HANDS_KEY)
+    if stored is None:
+        return ()
+    from ...refine.hands import palm  # numpy only, but the panel reads the other notes at every redraw
+
+    found = [
+        palm.HandContact.of(one).between(start - one["frame"], end - one["frame"]) for one in stored.values()
+    ]
+    return tuple(hand for hand in found if hand.weight.any())
 
 
 def write_measures(action: bpy.types.Action, after: Mapping, before: Mapping | None = None) -> None:

@@ -19,6 +19,7 @@ from ...evaluation import guards
 from ...motion import Goal, Motion
 from ...progress import Progress
 from ...refine import refinement as optimiser
+from ...refine.hands.palm import HandContact
 from ...refine.refinement import Refined, Settings, Surroundings
 from ...scene.geometry import SceneGeometry
 from .. import compat
@@ -49,7 +50,8 @@ Refine = Callable[..., Refined]
 
 @dataclass(frozen=True)
 class Plan:
-    """Input of a refinement. motion: the Action's frames from frame_start on. remarks: sentences for the artist."""
+    """Input of a refinement. motion: the Action's frames from frame_start on. remarks: sentences for the artist.
+    hands: that are on something."""
 
     owner: bpy.types.Object
     action: bpy.types.Action
@@ -60,6 +62,7 @@ class Plan:
     body: Human
     settings: Settings
     remarks: tuple[str, ...] = ()
+    hands: tuple[HandContact, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,8 @@ def begin(
 
 def _optimise(plan: Plan, progress: Progress, refine: Refine | None) -> Refined:
     refine = refine or optimiser.refine
-    return refine(plan.motion, plan.surroundings, plan.goal, plan.body, plan.settings, progress)
+    held = {"hands": plan.hands} if plan.hands else {}
+    return refine(plan.motion, plan.surroundings, plan.goal, plan.body, plan.settings, progress, **held)
 
 
 def read(
@@ -142,6 +146,7 @@ def read(
         body=body_of(owner),
         settings=settings or Settings(),
         remarks=remarks,
+        hands=notes.read_hands(action, start, end),
     )
 
 

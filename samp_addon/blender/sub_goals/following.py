@@ -42,7 +42,7 @@ def is_behind(scene: bpy.types.Scene) -> bool:
 def follow() -> float | None:
     """Fit bodies again where arrows have changed; return the seconds until the next look while something runs."""
     context = bpy.context
-    if running_work.current() is not None or _is_dragging(context):
+    if running_work.current() is not None or is_dragging(context):
         return PAUSE
     if not is_behind(context.scene):
         return None
@@ -59,7 +59,7 @@ def follow() -> float | None:
     return None
 
 
-def _is_dragging(context: bpy.types.Context) -> bool:
+def is_dragging(context: bpy.types.Context) -> bool:
     """Return whether a tool such as Move is running in a window."""
     return any(
         tool.bl_idname.startswith("TRANSFORM_OT_")

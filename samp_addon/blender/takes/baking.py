@@ -28,6 +28,7 @@ from ...progress import Progress
 from ...scene.geometry import SceneGeometry
 from ..actions import keyframes, notes, refine_action
 from ..character import armature, character, characters, start
+from ..edits import hand_targets, origin
 from ..overlays import start_marker
 from ..scene import preconditions, read_scene, read_view
 from ..sub_goals import arrows
@@ -178,9 +179,12 @@ def in_slices(
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
             with rollback.recording():
+                motion, hands, missed = hand_targets.applied(
+                    context, owner, take.motion, plan.work.job.hand, plan.frame_start
+                )
                 action = keyframes.write_motion(
                     owner,
-                    take.motion,
+                    motion,
                     _name(plan.work.job, take),
                     plan.frame_start,
                     context.scene,
@@ -189,9 +193,13 @@ def in_slices(
             written.append(action)
             if take.goal is not None:
                 notes.write_goal(action, take.goal)
+            via = plan.work.views[0].via if plan.work.views else ()
+            origin.write(context, action, plan.work.job, take, via, plan.frame_start)
             notes.write_ground(action, take.laid_ground)
+            if hands:
+                notes.write_hands(action, hands, plan.frame_start)
             shown, off = seen.shown_motion(context, owner, action)
-            remarked = replace(take, remarks=(*take.remarks, *off))
+            remarked = replace(take, remarks=(*take.remarks, *missed, *off))
             measured.append(pool.submit(reporting.measured, shown, remarked, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:

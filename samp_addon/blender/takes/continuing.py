@@ -47,6 +47,21 @@ def read(context: bpy.types.Context, owner: bpy.types.Object) -> Before:
     return Before(pose, (place, yaw), _take(scene, owner, pose, floor), scene.frame_current)
 
 
+def before(owner: bpy.types.Object, motion: Motion, frame: int) -> Before:
+    """Return the state at the end of a motion, in the owner's proportions, that ends in this frame of the scene."""
+    rest = skeleton.default_rest_joints()
+    # At 30 frames per second, and with the last frame exactly.
+    count = int(motion.seconds * 30.0 + 1e-6) + 1
+    at = len(motion) - 1 - np.arange(count)[::-1] * motion.fps / 30.0
+    whole = proportions.adapt(replace(motion.at_frames(at), fps=30.0), rest)
+    pose = whole.pose_slice(slice(-1, None))
+    floor = _floor(owner, pose)
+    place = pose.root[0] * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
+    yaw = float(frames.direction_yaw(pose.headings()[0]))
+    known = whole.contacts is not None and whole.actions is not None
+    return Before(pose, (place, yaw), _so_far(whole, pose, floor) if known else None, frame)
+
+
 def _take(scene: bpy.types.Scene, owner: bpy.types.Object, pose: Motion, floor: float) -> Take | None:
     """Return the take that ends in the current pose, in the default proportions at 30 frames per second."""
     action = owner.animation_data.action if owner.animation_data is not None else None
@@ -59,7 +74,11 @@ def _take(scene: bpy.types.Scene, owner: bpy.types.Object, pose: Motion, floor: 
     motion = keyframes.read_motion(owner, action, first, now, scene).resampled(30.0)
     if motion.contacts is None or motion.actions is None:
         return None
-    motion = proportions.adapt(motion, pose.rest_joints)
+    return _so_far(proportions.adapt(motion, pose.rest_joints), pose, floor)
+
+
+def _so_far(motion: Motion, pose: Motion, floor: float) -> Take:
+    """Return a motion of 30 fps, in the default proportions, as the take that others go on from."""
     kind = ACTIONS[int(np.argmax(motion.actions[-1]))]
     under = pose.root[0] * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
     goal = Goal(motion.root[-1], motion.headings()[-1], kind) if kind in SEATED else None

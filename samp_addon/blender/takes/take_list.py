@@ -108,3 +108,21 @@ def push_down(owner: bpy.types.Object, action: bpy.types.Action) -> bpy.types.Nl
     strip = track.strips.new(action.name, round(action.frame_range[0]), action)
     compat.fit_strip(strip, owner)
     return track
+
+
+def to_strip(owner: bpy.types.Object, action: bpy.types.Action, frame: int) -> bpy.types.NlaStrip:
+    """Put a take as a strip of its own onto a new NLA track, from a frame of the scene on.
+
+    Nothing else of the NLA changes. If the take is the active Action it is not any more, so that the strip is seen.
+    """
+    keyframes.require_editable(owner)
+    data = owner.animation_data or owner.animation_data_create()
+    action.use_fake_user = action.use_fake_user or action.library is None
+    if data.action == action:
+        compat.assign(owner, None)
+    track = data.nla_tracks.new()
+    track.name = action.name
+    strip = track.strips.new(action.name, frame, action)
+    strip.extrapolation = "NOTHING"  # before and after it, the tracks below are seen
+    compat.fit_strip(strip, owner)
+    return strip

@@ -95,6 +95,12 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
         "delete_take": {"unstarred": rng.random() < 0.5},
         "show_take": {"action_name": rng.choice(("", "sit Sofa 0", "Mine")), "fit": rng.random() < 0.3},
         "clear_overlays": {"what": rng.choice(("ALL", "GOALS", "WAYPOINTS", "PICTURES"))},
+        "hand_target": {
+            "target": rng.choice(("Sofa", "Bed", "Human", "Nothing", "")),
+            "hand": rng.choice(("left", "right")),
+        },
+        "blend_take": {"other": rng.choice(("Mine", "sit Sofa 0", "Nothing")), "frames": rng.choice((1, 8))},
+        "redo_from_here": {"use_frame": True, "frame": rng.randrange(1, 60)},
         "export_take": {"filepath": str(files / "take"), "kind": rng.choice(("NPZ", "FBX", "BVH"))},
     }
     return known.get(name, {})
