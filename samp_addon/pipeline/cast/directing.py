@@ -127,7 +127,7 @@ class _Direction:
             made = self._schedule(known)
             if not made.stuck or count == ROUNDS:
                 return made
-            stuck = {numbers[k]: self._met(tracks, made, k, other) for k, other in made.stuck.items()}
+            stuck = {numbers[k]: met(tracks, made, k, other) for k, other in made.stuck.items()}
             self.seeds |= {k: (self.seeds[k] + ANOTHER) % 2**31 for k in stuck}
             self._generate({k: self.cast[k] for k in stuck}, progress, stuck)
             redone = {numbers.index(k) for k in stuck}
@@ -192,18 +192,6 @@ class _Direction:
         motion = self.takes[number].motion
         return round((motion.seconds - self.work.roles[number].member.job.hold) * motion.fps)
 
-    @staticmethod
-    def _met(tracks: Sequence[Track], made: Schedule, member: int, other: int) -> list:
-        """Return the ground on which a member meets another one, to be walked around."""
-        a, b = tracks[member], tracks[other]
-        last = max(made.starts[member] + len(a), made.starts[other] + len(b))
-        time = np.arange(last)
-        rows = np.clip(time - made.starts[member], 0, len(a) - 1)
-        columns = np.clip(time - made.starts[other], 0, len(b) - 1)
-        middle_a, middle_b = a.bounds()[0][rows], b.bounds()[0][columns]
-        nearest = int(np.linalg.norm((middle_a - middle_b)[:, [0, 2]], axis=-1).argmin())
-        return [(middle_b[nearest], STANDING)]
-
     def _waits(self, made: Schedule) -> dict[int, float]:
         return {k: made.starts[index] / RATE for index, k in enumerate(sorted(self.takes))}
 
@@ -251,6 +239,18 @@ class _Direction:
         return CastTake(
             self.seed, takes, targets, dict(waits), dict(self.failures), deepest, float(met.mean())
         )
+
+
+def met(tracks: Sequence[Track], made: Schedule, member: int, other: int) -> list:
+    """Return the ground on which a member meets another one, to be walked around."""
+    a, b = tracks[member], tracks[other]
+    last = max(made.starts[member] + len(a), made.starts[other] + len(b))
+    time = np.arange(last)
+    rows = np.clip(time - made.starts[member], 0, len(a) - 1)
+    columns = np.clip(time - made.starts[other], 0, len(b) - 1)
+    middle_a, middle_b = a.bounds()[0][rows], b.bounds()[0][columns]
+    nearest = int(np.linalg.norm((middle_a - middle_b)[:, [0, 2]], axis=-1).argmin())
+    return [(middle_b[nearest], STANDING)]
 
 
 def _no_place(role: Role) -> str:
