@@ -82,9 +82,12 @@ class _Direction:
         self.progress("Finding places", 0.0)
         roles = gazes.facing(seating.apart(seating.with_starts(self.work.roles, self.seed)))
         self.cast = {k: found for k, found in enumerate(seating.seat(roles, self.work.others)) if found}
+        reasons: dict[tuple, str] = {}  # the members of a table ask for the same chairs
         for k, role in enumerate(roles):
             if k not in self.cast:
-                self._fail(k, _no_place(role))
+                key = role.pieces, role.action
+                reasons[key] = reasons.get(key) or _no_place(role)
+                self._fail(k, reasons[key])
         self._generate(self.cast, SubProgress(self.progress, 0.05, 0.5))
         made = self._on_the_way(self._scheduled())
         waits = self._waits(made)
@@ -254,6 +257,10 @@ def met(tracks: Sequence[Track], made: Schedule, member: int, other: int) -> lis
 
 
 def _no_place(role: Role) -> str:
+    """Return why there is no place left for a role: others have all of them, or things are in the way."""
+    reason = seating.obstruction(role)
+    if reason:
+        return reason
     verb = role.action
     if len(role.pieces) > 1:
         return (

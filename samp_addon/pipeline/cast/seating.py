@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...methods.samp import refusals
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...scene.distance import solids
@@ -184,6 +185,14 @@ def places_on(number: int, view: SceneView, action: str) -> list[Place]:
     floor = floor_beside(view.navmesh, view.target)
     found = seats.find_seats(view.target, action, floor, near, assignment.MOST)
     return [Place(number, each.goal, each.score, each.surface) for each in found]
+
+
+def obstruction(role: Role) -> str:
+    """Return why nobody at all fits on a role's pieces, as of the first of them; empty where somebody does."""
+    if any(places_on(k, views[-1], role.action) for k, views in enumerate(role.views)):
+        return ""
+    step, view = role.steps(0)[-1]
+    return str(refusals.no_place(step, view, floor_beside(view.navmesh, view.target), REACH))
 
 
 def _without_perches(places: Sequence[Place]) -> list[Place]:
