@@ -35,7 +35,7 @@ class Job:
 
     action: str = "sit"
     target: str = ""
-    point: tuple[float, float, float] | None = None
+    point: tuple[float, ...] | None = None
     to: tuple[float, ...] | None = None
     character: str = ""
     shape: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

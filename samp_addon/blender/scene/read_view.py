@@ -43,12 +43,14 @@ def read_view(
     if step.target and "target" in needs:
         target = read_scene.read_target(context, step.target, people)
         if step.action in SEATED:
-            point = None if step.point is None else frames.to_network(np.array(step.point))
+            point = None if step.point is None else frames.to_network(np.array(step.point[:3]))
             geometry, target = pieces.piece(context, geometry, target, step.action, point)
             found["characters"] = pieces.characters(context)
         found |= {"target": target.triangles, "parts": target.parts}
         if "goals" in needs:
             found["goals"] = goal_arrows.read_goals(context, target, step.action, geometry)
+            if step.action in SEATED and step.point is not None and len(step.point) > 3:
+                found["goals"] = [goal_arrows.goal_at(target, step.action, *place(step.point))]
     if step.to is not None and "destination" in needs:
         found["destination"] = place(step.to)
     if "start" in needs:
