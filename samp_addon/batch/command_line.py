@@ -94,6 +94,7 @@ def parser() -> argparse.ArgumentParser:
     add("--style", type=float, metavar="S", help="how much takes differ, 0 to 1 (0.1)")
     add("--speed", type=float, metavar="F", help="speed relative to captured motion, 0.5 to 2 (1)")
     add("--via", type=float, nargs="+", metavar="N", help="X Y Z [X Y Z ...]: places that the path passes")
+    add("--path", metavar="CURVE", help="curve object that the path follows")
     add("--refine", action="store_true", help="run the optimisation on each take")
     methods = (
         f"{', '.join(registry.METHODS)} ({registry.DEFAULT}); for several actions one for all, or one each"

@@ -23,7 +23,7 @@ class Step:
     itself, on the surface below the pelvis, and the facing. to: place (x, y, z) or (x, y, z,
     yaw) to go to. method: a name of the registry. hold: seconds at the end. style: how much takes differ from the most
     common one, 0 to 1. speed: factor on the speed of captured motion. via: places (x, y, z)
-    that the path passes, in order. settings: values of the method's own options, by name. Raises
+    that the path passes, in order. path: name of a curve that it follows after these. settings: values of the method's own options, by name. Raises
     UsageError for values that no method can use.
     """
 
@@ -36,6 +36,7 @@ class Step:
     style: float = 0.1
     speed: float = 1.0
     via: tuple[tuple[float, float, float], ...] = ()
+    path: str = ""
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:

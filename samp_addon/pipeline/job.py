@@ -25,7 +25,7 @@ LARGEST_SEED = 2**31 - 1
 class Job:
     """Takes of one action, or of several in a row, in one scene.
 
-    action, target, point, to, method, hold, style, speed, via and settings: of the first step, see Step; hold, style
+    action, target, point, to, method, hold, style, speed, via, path and settings: of the first step, see Step; hold, style
     and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape: measures
     of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
     character stands, or a free place. seed: of the first take; variants: how many takes. refine: whether contact,
@@ -48,6 +48,7 @@ class Job:
     style: float = 0.1
     speed: float = 1.0
     via: tuple[tuple[float, float, float], ...] = ()
+    path: str = ""
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     then: tuple[Step, ...] = ()
 
@@ -75,6 +76,6 @@ class Job:
     def steps(self) -> tuple[Step, ...]:
         """The single actions in their order."""
         shared = {"hold": self.hold, "style": self.style, "speed": self.speed}
-        own = ("action", "target", "point", "to", "method", "via", "settings")
+        own = ("action", "target", "point", "to", "method", "via", "path", "settings")
         first = Step(**{name: getattr(self, name) for name in own}, **shared)
         return (first, *(replace(step, **shared) for step in self.then))

@@ -136,6 +136,13 @@ class Placer:
             return self._on_floor(hit, yaw)
         return self._with_way(self._on_piece(piece, hit.point, choice, yaw))
 
+    def shown(self, spot: Spot) -> tuple[np.ndarray | None, float]:
+        """Return the triangles (F, 3, 3) of a spot's furniture, or None on a floor, and the height of its floor."""
+        if not spot.parts:
+            return None, float(spot.point[1])
+        piece = self._piece(spot.target, spot.parts, spot.point)
+        return (None, 0.0) if piece is None else (piece.triangles, float(piece.grid.floor))
+
     def _piece(self, target: str, parts: tuple[str, ...], point: np.ndarray) -> _Piece | None:
         """Return the piece of furniture that objects are, or that a point of a whole room belongs to; None for what is
         no furniture."""
