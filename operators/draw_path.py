@@ -23,7 +23,7 @@ class SAMP_OT_draw_path(bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    _line: list | None = None
+    _line = None
     _figure = None
 
     @classmethod

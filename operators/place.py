@@ -53,10 +53,10 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
     _aiming = False
     _figure = None
     _placer = None
-    _spot: Spot | None = None
+    _spot = None
     _hit = None
-    _pressed: tuple[int, int] | None = None
-    _turned: float | None = None
+    _pressed = None
+    _turned = None
     _added = 0
 
     def job(self, context: bpy.types.Context) -> Job:

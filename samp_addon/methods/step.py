@@ -23,8 +23,8 @@ class Step:
     itself, on the surface below the pelvis, and the facing. to: place (x, y, z) or (x, y, z,
     yaw) to go to. method: a name of the registry. hold: seconds at the end. style: how much takes differ from the most
     common one, 0 to 1. speed: factor on the speed of captured motion. via: places (x, y, z)
-    that the path passes, in order. path: name of a curve that it follows after these. settings: values of the method's own options, by name. Raises
-    UsageError for values that no method can use.
+    that the path passes, in order. path: name of a curve that it follows after these. settings: values of the method's
+    own options, by name. Raises UsageError for values that no method can use.
     """
 
     action: str = "sit"

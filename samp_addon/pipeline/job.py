@@ -25,9 +25,9 @@ LARGEST_SEED = 2**31 - 1
 class Job:
     """Takes of one action, or of several in a row, in one scene.
 
-    action, target, point, to, method, hold, style, speed, via, path and settings: of the first step, see Step; hold, style
-    and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape: measures
-    of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
+    action, target, point, to, method, hold, style, speed, via, path and settings: of the first step, see Step; hold,
+    style and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape:
+    measures of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
     character stands, or a free place. seed: of the first take; variants: how many takes. refine: whether contact,
     penetration and foot slide of each take are corrected. then: the steps after the first, in the same takes. Raises
     UsageError for values that cannot be used.
