@@ -33,6 +33,13 @@ LIFT = 0.012
 
 STANDING = "stand"
 
+_alive: list[PlaceFigure] = []
+
+
+def shown() -> Spot | None:
+    """Return the spot that is drawn now, or None."""
+    return _alive[-1].spot if _alive else None
+
 
 class PlaceFigure:
     """Draws a spot in all 3D views from its creation until `remove`."""
@@ -42,17 +49,18 @@ class PlaceFigure:
         faces = self.body.faces
         quads = faces[:, 2] != faces[:, 3]
         self._triangles = np.concatenate([faces[:, :3], faces[quads][:, [0, 2, 3]]]).astype(np.int32)
-        self._spot: Spot | None = None
+        self.spot: Spot | None = None
         self._floor = 0.0
         self._piece: np.ndarray | None = None
         self._stroke: np.ndarray | None = None
         self._bodies: dict[tuple, object] = {}
         self._pieces: dict[tuple, object] = {}
         self._handle = bpy.types.SpaceView3D.draw_handler_add(self._draw, (), "WINDOW", "POST_VIEW")
+        _alive.append(self)
 
     def show(self, spot: Spot | None, piece: np.ndarray | None = None, floor: float = 0.0) -> None:
         """Set what is drawn. piece: (F, 3, 3) of the furniture. floor: height under it. Network frame."""
-        self._spot, self._piece, self._floor = spot, piece, floor
+        self.spot, self._piece, self._floor = spot, piece, floor
 
     def stroke(self, points: np.ndarray | None) -> None:
         """Set the line (N, 3) that is drawn on the floor, Blender's world; None for none."""
@@ -63,6 +71,7 @@ class PlaceFigure:
         if self._handle is not None:
             bpy.types.SpaceView3D.draw_handler_remove(self._handle, "WINDOW")
             self._handle = None
+            _alive.remove(self)
 
     def pose(self, spot: Spot) -> tuple[str, float]:
         """Return which pose shows a spot: its action, and the height of a seated pelvis over the floor."""
@@ -97,7 +106,7 @@ class PlaceFigure:
 
         if self._stroke is not None and len(self._stroke) > 1:
             self._lines([*self._stroke], FITS, "LINE_STRIP")
-        spot = self._spot
+        spot = self.spot
         if spot is None:
             return
         colour = FITS if spot.fits else NOT
