@@ -15,7 +15,7 @@ class SAMP_OT_draw_path(bpy.types.Operator):
 
     bl_idname = "samp.draw_path"
     bl_label = "Draw Path"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}  # without REGISTER: the redo panel does not know the line
 
     curve: StringProperty(
         name="Curve",

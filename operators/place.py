@@ -81,7 +81,10 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if not self._aiming:
-            return super().modal(context, event)
+            came = super().modal(context, event)
+            if came == {"CANCELLED"}:
+                self._forget(context)
+            return came
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
             self.cancel(context)
             return {"CANCELLED"}
@@ -91,7 +94,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
             return self._click(context, event)
         wheel = {"WHEELUPMOUSE": -1, "WHEELDOWNMOUSE": 1}.get(event.type)
         if wheel is not None and not event.ctrl:
-            self.choice = max(0, self.choice + wheel)
+            self.choice = (self.choice + wheel) % (self._spot.choices if self._spot is not None else 1)
             self._look(context, event)
             return {"RUNNING_MODAL"}
         if event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}:
@@ -99,13 +102,18 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         return {"PASS_THROUGH"} if self._pressed is None else {"RUNNING_MODAL"}
 
     def cancel(self, context: bpy.types.Context) -> None:
-        if not self._aiming:
+        if self._aiming:
+            self._end(context)
+        else:
             super().cancel(context)
-            return
+        self._forget(context)
+
+    def _forget(self, context: bpy.types.Context) -> None:
+        """Remove the steps that were added since the tool was started."""
         steps = context.scene.samp.steps
         for _ in range(self._added):
             steps.remove(len(steps) - 1)
-        self._end(context)
+        self._added = 0
 
     def _find(self, context: bpy.types.Context) -> Spot:
         """Return the spot at the location. Raise SampError where nobody can be there."""
@@ -160,9 +168,10 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
     def _look(self, context: bpy.types.Context, event: bpy.types.Event) -> None:
         from ..samp_addon.blender.placing import reading
 
-        spot, self._hit = reading.under_mouse(
-            context, self._placer, event.mouse_x, event.mouse_y, self.choice
-        )
+        at, before = (event.mouse_x, event.mouse_y), self._spot
+        spot, self._hit = reading.under_mouse(context, self._placer, *at, self.choice)
+        if self.choice and spot is not None and before is not None and spot.target != before.target:
+            self.choice, spot = 0, self._placer.at(self._hit)
         self._show(context, spot)
 
     def _show(self, context: bpy.types.Context, spot: Spot | None) -> None:
@@ -195,7 +204,10 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
             self._added += 1
             return {"RUNNING_MODAL"}
         self._end(context)
-        return self.start_work(context, handled=True)
+        came = self.start_work(context, handled=True)
+        if came == {"CANCELLED"}:
+            self._forget(context)
+        return came
 
     def _end(self, context: bpy.types.Context) -> None:
         self._aiming = False
