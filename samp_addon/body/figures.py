@@ -47,6 +47,7 @@ def figure(action: str, over_floor: float = 0.6) -> Motion:
             turns[f"{side}_shoulder"] = (0, 0, -ON_LAP["arms"] * sign)
             turns[f"{side}_elbow"] = (0, -ON_LAP["elbows"] * sign, 0)
     elif action == "lie":
+        turns["left_elbow"], turns["right_elbow"] = (0, -0.1, 0), (0, 0.1, 0)
         turns["pelvis"] = (-math.pi / 2, 0, 0)
     rotations = np.zeros((1, skeleton.BODY_COUNT, 4))
     rotations[..., 0] = 1.0
