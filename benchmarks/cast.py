@@ -67,7 +67,7 @@ def dining_room(seed: int) -> tuple[SceneGeometry, list[str]]:
     for x in (-long / 2, long / 2 - 0.06):
         top += [box((x, 0, z), (x + 0.06, 0.70, z + 0.06)) for z in (-wide / 2, wide / 2 - 0.06)]
     pieces.append(("Table", np.concatenate(top)))
-    pulled = rng.uniform(0.3, 0.5)  # a chair pushed under the table has no space for a body
+    pulled = rng.uniform(0.3, 0.5)  # a chair under the table would have to be pulled out first
     if rng.random() < 0.5:
         spots = [
             (s * long / 4, t * (wide / 2 + pulled), 0 if t < 0 else np.pi) for s in (-1, 1) for t in (-1, 1)

@@ -17,6 +17,8 @@ OPERATORS = (
     "sit_here",
     "lie_here",
     "walk_here",
+    "place",
+    "draw_path",
     "improvise",
     "voxelise",
     "sample_goals",

@@ -15,7 +15,7 @@ from . import jobs_file
 OWN = {"delay": float, "name": str, "targets": list, "look_at": str}
 """What an entry has beside a job's options."""
 
-NOT_SHARED = ("action", "target", "to", "start", "character", "via", "variants", "seed", "hand")
+NOT_SHARED = ("action", "target", "to", "start", "character", "via", "path", "variants", "seed", "hand")
 """Options of the job that an entry does not take over where it has none: they are about one body, or the whole cast.
 An action, a target and a place are taken over together, by entries that have none of them."""
 

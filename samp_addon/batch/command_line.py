@@ -100,6 +100,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="SIDE=NAME",
         help="left or right hand on an object: SIDE=NAME[#VERTEX][:FIRST-LAST], frames; again for the other hand",
     )
+    add("--path", metavar="CURVE", help="curve object that the path follows")
     add("--refine", action="store_true", help="run the optimisation on each take")
     methods = (
         f"{', '.join(registry.METHODS)} ({registry.DEFAULT}); for several actions one for all, or one each"

@@ -19,22 +19,24 @@ class Step:
     """One action by one method.
 
     action: one of the method's actions; empty for a method that has none. target: name of an object, empty or
-    collection. point: (x, y, z) on the target; in a whole room it selects the piece. to: place (x, y, z) or (x, y, z,
+    collection. point: (x, y, z) on the target; in a whole room it selects the piece. With a yaw it is the place
+    itself, on the surface below the pelvis, and the facing. to: place (x, y, z) or (x, y, z,
     yaw) to go to. method: a name of the registry. hold: seconds at the end. style: how much takes differ from the most
     common one, 0 to 1. speed: factor on the speed of captured motion. via: places (x, y, z)
-    that the path passes, in order. settings: values of the method's own options, by name. Raises
-    UsageError for values that no method can use.
+    that the path passes, in order. path: name of a curve that it follows after these. settings: values of the method's
+    own options, by name. Raises UsageError for values that no method can use.
     """
 
     action: str = "sit"
     target: str = ""
-    point: tuple[float, float, float] | None = None
+    point: tuple[float, ...] | None = None
     to: tuple[float, ...] | None = None
     method: str = "samp"
     hold: float = 2.0
     style: float = 0.1
     speed: float = 1.0
     via: tuple[tuple[float, float, float], ...] = ()
+    path: str = ""
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
@@ -46,8 +48,8 @@ class Step:
             raise UsageError(f"--speed is {self.speed}; choose from {SLOWEST} to {FASTEST}.")
         if self.to is not None and not _finite(self.to, (3, 4)):
             raise UsageError("--to needs the numbers X Y Z [YAW].")
-        if self.point is not None and not _finite(self.point, (3,)):
-            raise UsageError("The point on the target needs the numbers X Y Z.")
+        if self.point is not None and not _finite(self.point, (3, 4)):
+            raise UsageError("The point on the target needs the numbers X Y Z [YAW].")
         if not all(_finite(place, (3,)) for place in self.via):
             raise UsageError("--via needs the numbers X Y Z of each place.")
 

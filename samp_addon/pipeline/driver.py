@@ -30,6 +30,12 @@ AT_ONCE = 32
 
 Made = tuple[list[Take], list[Failure]]
 
+Remake = Callable[[Callable[[SceneView], SceneView], Sequence[int]], Made]
+"""Generates the takes of some seeds again, each step in a changed view of the scene."""
+
+Settle = Callable[[Made, Remake, Mapping[str, Method], Progress], Made]
+"""What is done to generated takes before they are refined, such as a wait for others; may make some again."""
+
 
 @dataclass(frozen=True)
 class Work:
@@ -37,7 +43,7 @@ class Work:
 
     views: the scene as each step sees it. surroundings: what its takes are refined against; None where they are not.
     body: that shows the takes; None for the default human. pose: one frame in which all takes begin, in the default
-    proportions, or None.
+    proportions, or None. settle: see Settle; None where takes stay as they are generated.
     """
 
     job: Job
@@ -45,6 +51,7 @@ class Work:
     surroundings: Surroundings | None = None
     body: Human | None = None
     pose: Motion | None = None
+    settle: Settle | None = None
 
 
 @dataclass(frozen=True)
@@ -101,7 +108,7 @@ def _batch(
         for step, view in zip(work.job.steps, work.views, strict=True)
     ]
     takes, failures = _remembered(
-        store, f"{seeds[0]}-{len(seeds)}", lambda: _generated(work, chosen, seeds, progress)
+        store, f"{seeds[0]}-{len(seeds)}", lambda: _generated(work, chosen, seeds, tools, progress)
     )
     if work.surroundings is None:
         yield takes, failures
@@ -116,8 +123,27 @@ def _batch(
 
 
 def _generated(
+    work: Work,
+    chosen: Sequence[tuple[Method, Step, SceneView]],
+    seeds: Sequence[int],
+    tools: Toolbox,
+    progress: Progress,
+) -> Made:
+    made = _fitted(work, chosen, seeds, progress)
+    if work.settle is None:
+        return made
+
+    def remake(changed: Callable[[SceneView], SceneView], seeds: Sequence[int]) -> Made:
+        again = [(method, step, changed(view)) for method, step, view in chosen]
+        return _fitted(work, again, seeds, progress)
+
+    return work.settle(made, remake, tools.methods, progress)
+
+
+def _fitted(
     work: Work, chosen: Sequence[tuple[Method, Step, SceneView]], seeds: Sequence[int], progress: Progress
 ) -> Made:
+    """Return the takes of some seeds for the body that shows them, and what failed."""
     takes, failures = steps.generate(chosen, seeds, progress)
     body = work.body or human.load()
     takes = [other_body.fitted(take, body) for take in takes]

@@ -26,9 +26,9 @@ LARGEST_SEED = 2**31 - 1
 class Job:
     """Takes of one action, or of several in a row, in one scene.
 
-    action, target, point, to, method, hold, style, speed, via and settings: of the first step, see Step; hold, style
-    and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape: measures
-    of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
+    action, target, point, to, method, hold, style, speed, via, path and settings: of the first step, see Step; hold,
+    style and speed are those of all steps. character: name of an SMPL-X armature; empty: the caller's choice. shape:
+    measures of the default human where it is made, see body/body_shape.py. start: (x, y, z, yaw), or None for where the
     character stands, or a free place. seed: of the first take; variants: how many takes. refine: whether contact,
     penetration and foot slide of each take are corrected. then: the steps after the first, in the same takes. hand:
     what hands are on, see hand_request.py. Raises UsageError for values that cannot be used.
@@ -36,7 +36,7 @@ class Job:
 
     action: str = "sit"
     target: str = ""
-    point: tuple[float, float, float] | None = None
+    point: tuple[float, ...] | None = None
     to: tuple[float, ...] | None = None
     character: str = ""
     shape: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
@@ -49,6 +49,7 @@ class Job:
     style: float = 0.1
     speed: float = 1.0
     via: tuple[tuple[float, float, float], ...] = ()
+    path: str = ""
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     then: tuple[Step, ...] = ()
     hand: tuple[str, ...] = ()
@@ -79,6 +80,6 @@ class Job:
     def steps(self) -> tuple[Step, ...]:
         """The single actions in their order."""
         shared = {"hold": self.hold, "style": self.style, "speed": self.speed}
-        own = ("action", "target", "point", "to", "method", "via", "settings")
+        own = ("action", "target", "point", "to", "method", "via", "path", "settings")
         first = Step(**{name: getattr(self, name) for name in own}, **shared)
         return (first, *(replace(step, **shared) for step in self.then))

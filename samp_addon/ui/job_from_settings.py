@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import bpy
+import numpy as np
 
+from .. import frames
 from ..blender.character import measures
 from ..blender.scene import candidates
 from ..blender.sub_goals import arrows
@@ -16,8 +19,10 @@ from . import method_options, sub_goal_settings
 from .cast import jobs
 
 if TYPE_CHECKING:
+    from ..methods.method import Method
     from ..pipeline.cast.cast import Cast
     from ..pipeline.job import Job
+    from ..pipeline.placing import Spot
 
 BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
 
@@ -117,9 +122,57 @@ def job_of_steps(context: bpy.types.Context) -> Job:
         if step.target is None and step.action in SEATED:
             raise SampError(f"Step {number} has no target; choose what to {step.action} on.")
         target = step.target.name if step.target else ""
-        to = None if target else tuple(step.place)
-        rows.append({"action": step.action, "target": target, "to": to, **own})
+        place = (*step.place, *((math.degrees(step.yaw),) if step.use_yaw else ()))
+        exact = step.use_yaw and step.action in SEATED
+        to, point = None if target else place, place if exact and target else None
+        rows.append({"action": step.action, "target": target, "to": to, "point": point, **own})
     return Job(**rows[0], **shared, then=tuple(Step(**row) for row in rows[1:]))
+
+
+def job_at(context: bpy.types.Context, spot: Spot) -> Job:
+    """Return the job of one action at a spot, with the other settings of the sidebar."""
+    from ..pipeline.job import Job
+
+    settings = context.scene.samp
+    method = method_of_places(settings)
+    own = {"method": method.name, "settings": method_options.values(settings, method)}
+    place = (*map(float, frames.to_blender(spot.point)), math.degrees(spot.yaw))
+    if spot.target:
+        return Job(action=spot.action, target=spot.target, point=place, **own, **common(settings))
+    to = place if np.any(spot.goal.direction) else place[:3]
+    return Job(action=spot.action, to=to, **own, **common(settings))
+
+
+def add_step(context: bpy.types.Context, spot: Spot) -> None:
+    """Add the action at a spot to the list of steps. Raise SampError for furniture that is no object of its own."""
+    settings = context.scene.samp
+    target = context.scene.objects.get(spot.target) if spot.target else None
+    if spot.target and target is None:
+        raise SampError(f"'{spot.target}' is part of a collection instance, which steps cannot name.")
+    step = settings.steps.add()
+    step.method, step.action, step.target = method_of_places(settings).name, spot.action, target
+    step.place = frames.to_blender(spot.point)
+    step.use_yaw, step.yaw = bool(np.any(spot.goal.direction)), spot.yaw
+    settings.step_index = len(settings.steps) - 1
+
+
+def method_of_places(settings: bpy.types.PropertyGroup) -> Method:
+    """Return the chosen method where it takes places on furniture, else the one that does."""
+    method = registry.find(settings.method)
+    return method if "goals" in method.needs else registry.find(registry.DEFAULT)
+
+
+def owner(context: bpy.types.Context) -> bpy.types.Object | None:
+    """Return the character of the settings, else the selected one or the only one; None where one is to be made."""
+    from ..blender.character import armature
+
+    settings = context.scene.samp
+    if settings.character is not None:
+        return settings.character
+    if not any(armature.is_smplx(obj) for obj in context.scene.objects):
+        return None
+    selected = [obj for obj in context.selected_objects if armature.is_smplx(obj)]
+    return selected[0] if len(selected) == 1 else armature.find(context)
 
 
 def step_has_action(context: bpy.types.Context, step: bpy.types.PropertyGroup) -> bool:

@@ -61,9 +61,12 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
             button.operator("samp.edit_chain", text="", icon=icon).change = change
         if 0 <= settings.step_index < len(settings.steps):
             step = settings.steps[settings.step_index]
-            placed = step.target is None and step.action not in SEATED
+            placed = step.use_yaw or (step.target is None and step.action not in SEATED)
             if placed and job_from_settings.step_has_action(context, step):
                 layout.prop(step, "place")
+                layout.prop(step, "use_yaw")
+                if step.use_yaw:
+                    layout.prop(step, "yaw")
         buttons.draw(layout, "bake_chain", icon="PLAY")
 
 

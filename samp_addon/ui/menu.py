@@ -7,8 +7,8 @@ import bpy
 from . import method_options
 
 ENTRIES = (
-    ("sit_here", "lie_here", "walk_here", "improvise"),
-    ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "set_start"),
+    ("sit_here", "lie_here", "walk_here", "place", "improvise"),
+    ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "draw_path", "set_start"),
     ("add_sub_goal", "sample_bodies", "pin_body", "use_current_pose", "remove_sub_goal", "clear_sub_goals"),
     ("refine", "look_at", "hand_target", "redo_from_here", "follow_goal", "set_cushion", "measure"),
     ("create_character", "bake", "export_take", "carry_to_rig"),

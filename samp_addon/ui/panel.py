@@ -17,7 +17,7 @@ from .parts import buttons, next_step
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
 GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
 CUSHION = '["samp_cushion"]'
-ACTION_OPERATORS = ("sit_here", "lie_here", "walk_here")
+ACTION_OPERATORS = ("sit_here", "lie_here", "walk_here", "place")
 
 
 class InSidebar:
@@ -63,6 +63,8 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         row.scale_y = 1.6
         buttons.draw(row, "generate", job_from_settings.button_label(context), "PLAY", also=ACTION_OPERATORS)
         row.prop(settings, "start_from", text="", icon_only=True)
+        if method.actions:
+            layout.operator("samp.place", icon="RESTRICT_SELECT_OFF")
 
 
 class SAMP_PT_shape(InPanel, bpy.types.Panel):
@@ -116,6 +118,7 @@ class SAMP_PT_places(InPanel, bpy.types.Panel):
         column.operator("samp.voxelise")
         column = layout.column(align=True)
         column.operator("samp.add_waypoint", icon="ADD")
+        column.operator("samp.draw_path", icon="GREASEPENCIL")
         column.operator("samp.set_start", icon="EMPTY_SINGLE_ARROW")
         for name, what, noun in ((GOALS, "GOALS", "goals"), (WAYPOINTS, "WAYPOINTS", "way-points")):
             count = _count(name)

@@ -75,7 +75,15 @@ class SAMP_PG_step(bpy.types.PropertyGroup):
         name="Target", description="Furniture of this step", type=bpy.types.Object, poll=is_target
     )
     place: FloatVectorProperty(
-        name="Location", description="Destination if there is no target", subtype="TRANSLATION"
+        name="Location",
+        description="Destination if there is no target, or the exact place on it with Custom Facing",
+        subtype="TRANSLATION",
+    )
+    use_yaw: BoolProperty(
+        name="Custom Facing", description="End exactly at the location, facing a given direction"
+    )
+    yaw: FloatProperty(
+        name="Facing", description="Rotation to the left from facing -Y, seen from above", subtype="ANGLE"
     )
 
 

@@ -99,6 +99,26 @@ class Window:
         subprocess.run(["xdotool", "click", str(button)], check=True)
         time.sleep(0.4)
 
+    def shift_click(self, x: int, y: int) -> None:
+        """Click at a position with Shift held."""
+        self.move(x, y)
+        time.sleep(0.3)
+        subprocess.run(["xdotool", "keydown", "shift", "click", "1", "keyup", "shift"], check=True)
+        time.sleep(0.4)
+
+    def drag(self, places: list[tuple[int, int]]) -> None:
+        """Move the mouse with its button down from place to place, in small steps."""
+        self.move(*places[0])
+        time.sleep(0.3)
+        subprocess.run(["xdotool", "mousedown", "1"], check=True)
+        for (x, y), (to_x, to_y) in zip(places[:-1], places[1:], strict=True):
+            for k in range(1, 9):
+                at = x + (to_x - x) * k // 8, y + (to_y - y) * k // 8
+                subprocess.run(["xdotool", "mousemove", str(at[0]), str(at[1])], check=True)
+                time.sleep(0.06)
+        subprocess.run(["xdotool", "mouseup", "1"], check=True)
+        time.sleep(0.4)
+
     def find(self, text: str) -> tuple[int, int]:
         """Return the position of the button whose Python command or property path contains this text.
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
+from mathutils import Vector
 
 UI = SimpleNamespace()
 PORT = int(sys.argv[sys.argv.index("--") + 1])
@@ -95,6 +96,27 @@ def under_mouse() -> str:
             except RuntimeError:
                 continue
     return ""
+
+
+def tools() -> list[str]:
+    """Return the modal operators of this add-on that run in the window."""
+    window = main_area()[0]
+    return [tool.bl_idname for tool in window.modal_operators if tool.bl_idname.startswith("SAMP_OT_")]
+
+
+def top_of(thing: bpy.types.Object) -> list[float]:
+    """Return the middle of the top of an object's box in the world."""
+    corners = [thing.matrix_world @ Vector(corner) for corner in thing.bound_box]
+    middle = sum(corners, Vector()) / len(corners)
+    return [middle.x, middle.y, max(corner.z for corner in corners)]
+
+
+def aimed() -> list | None:
+    """Return action, target and whether a body fits of what Place shows, or None."""
+    from bl_ext.user_default.samp.samp_addon.blender.placing import figure
+
+    spot = figure.shown()
+    return None if spot is None else [spot.action, spot.target, spot.fits, spot.reason]
 
 
 def takes() -> list[str]:

@@ -17,7 +17,9 @@ PATIENCE = 600.0  # seconds, for software GL on two busy cores
 
 def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield names and steps in order. home: folder for saved files."""
-    session = _Session(window, home)
+    from placing import Placing
+
+    session, placing = _Session(window, home), Placing(window)
     yield "the room and the tab", session.open
     yield "create a character", session.create
     yield "click the sofa", session.pick
@@ -30,6 +32,9 @@ def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object
     yield "Refine", session.refine
     yield "trails", session.trails
     yield "goals and path", session.places
+    yield "Place", placing.place
+    yield "Esc leaves Place", placing.leave
+    yield "a path drawn on the floor", placing.draw_path
     yield "the right-click menu", session.menu
     yield "save and open again", session.save
 

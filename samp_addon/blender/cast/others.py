@@ -8,9 +8,13 @@ import bpy
 import numpy as np
 
 from ... import frames
+from ...errors import SampError
 from ...evaluation.between_bodies import Track
+from ...pipeline.cast.cast_take import track
 from ...pipeline.cast.directing import RATE
 from ...pipeline.cast.role import Other
+from ..actions import keyframes
+from ..character import armature, character, characters
 from ..scene import read_scene
 from ..takes import seen
 
@@ -37,14 +41,61 @@ def moving(
     ]  # fmt: skip
 
 
-def read(context: bpy.types.Context, armatures: Sequence[bpy.types.Object]) -> list[Other]:
-    """Return the bodies of armatures from the scene's first frame to the last one in which an Action moves them."""
+def present(
+    context: bpy.types.Context,
+    armatures: Sequence[bpy.types.Object],
+    owners: Sequence[bpy.types.Object | None],
+    first: int | None = None,
+) -> list[Other]:
+    """Return the bodies of those armatures that are nobody's own; see `read` for `first`.
+
+    owners: characters that get takes. Rigs that takes were carried to show the body of another character once more.
+    """
+    rigs = [rig for rig in armatures if rig not in owners and not characters.is_carried_to(rig)]
+    return read(context, rigs, first)
+
+
+def read(
+    context: bpy.types.Context, armatures: Sequence[bpy.types.Object], first: int | None = None
+) -> list[Other]:
+    """Return the bodies of armatures that are shown, from a frame to the last one in which an Action moves them.
+
+    first: that frame; the scene's first one where left out.
+    """
     bodies = [(rig, mesh) for rig in armatures for mesh in [_skin(context, rig)] if mesh is not None]
+    first = context.scene.frame_start if first is None else first
+    keyed = {rig.name: _keyed(context, rig, first) for rig, _ in bodies}
+    evaluated = [(rig, mesh) for rig, mesh in bodies if keyed[rig.name] is None]
+    found = keyed | {other.name: other for other in _evaluated(context, evaluated, first)}
+    return [found[rig.name] for rig, _ in bodies]
+
+
+def _keyed(context: bpy.types.Context, rig: bpy.types.Object, first: int) -> Other | None:
+    """Return the body of an SMPL-X armature that only its active Action moves, without evaluating any frame; None for
+    other armatures."""
+    data = rig.animation_data
+    if not armature.is_smplx(rig) or data is None or data.action is None or seen.influence(rig) is not None:
+        return None
+    try:
+        motion = keyframes.read_motion(rig, data.action, scene=context.scene)
+    except SampError:  # not all of the pose is keyed
+        return None
+    begin = int(np.floor(data.action.frame_range[0]))
+    shown = track(motion, character.body_of(rig), RATE)
+    late = round((begin - first) / motion.fps * RATE)
+    rows = np.clip(np.arange(max(len(shown) + late, 1)) - late, 0, len(shown) - 1)
+    rows = rows[: _samples(LONGEST * motion.fps, motion.fps)]
+    return Other(rig.name, Track(shown.centres[rows], shown.radii, RATE), motion.root[-1])
+
+
+def _evaluated(
+    context: bpy.types.Context, bodies: Sequence[tuple[bpy.types.Object, bpy.types.Object]], first: int
+) -> list[Other]:
+    """Return bodies, each an armature with its skin, as Blender shows them frame by frame."""
     if not bodies:
         return []
     scene = context.scene
     per_second = scene.render.fps / scene.render.fps_base
-    first = scene.frame_start
     ends = {rig.name: _last_frame(rig, first) for rig, _ in bodies}
     count = {name: _samples(end - first, per_second) for name, end in ends.items()}
     kept = {rig.name: np.empty((count[rig.name], POINTS, 3)) for rig, _ in bodies}
@@ -88,11 +139,11 @@ def _last_frame(rig: bpy.types.Object, first: int) -> float:
 
 
 def _skin(context: bpy.types.Context, rig: bpy.types.Object) -> bpy.types.Object | None:
-    """Return the largest mesh that an armature deforms and that a render shows."""
+    """Return the largest mesh that an armature deforms and that the viewport and a render show."""
     found = [
         obj
         for obj in read_scene.with_dependants(context, [rig])
-        if obj.type == "MESH" and obj.find_armature() == rig and not obj.hide_render
+        if obj.type == "MESH" and obj.find_armature() == rig and not obj.hide_render and obj.visible_get()
     ]
     return max(found, key=lambda obj: len(obj.data.vertices), default=None)
 

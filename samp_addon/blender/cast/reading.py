@@ -57,7 +57,7 @@ def read(context: bpy.types.Context, cast: Cast, from_markers: bool = False) -> 
         )
         for role in roles
     ]
-    present = others.read(context, [obj for obj in (*people, *strangers) if obj not in owners])
+    present = others.present(context, [*people, *strangers], owners)
     work = CastWork(cast, roles, present)
     if cast.refine:
         work = replace(work, surroundings=refine_action.surroundings(context, geometry))

@@ -16,6 +16,11 @@ def people(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [obj for obj in context.scene.objects if armature.is_smplx(obj) or _is_carried(obj, rigs)]
 
 
+def is_carried_to(obj: bpy.types.Object) -> bool:
+    """Return whether an object is a rig of another kind that a take was carried to."""
+    return not armature.is_smplx(obj) and _is_carried(obj, _carried_to())
+
+
 def _carried_to() -> set[str]:
     notes = (action[CARRIED] for action in bpy.data.actions if CARRIED in action)
     return {note.get("rig", "") for note in notes if hasattr(note, "get")}

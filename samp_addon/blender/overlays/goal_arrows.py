@@ -15,7 +15,7 @@ from ...motion import Goal
 from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import SceneGeometry, extent
 from ...scene.navmesh import navmesh as navigation
-from ...scene.seats import seats
+from ...scene.seats import nearby, seats
 from ...scene.seats.support import SupportMap
 from ..character import characters
 from ..scene import pieces, read_scene
@@ -30,6 +30,8 @@ STEEPEST_ARROW = 0.2
 """Least horizontal component of an arrow's unit direction; below it the arrow has no facing."""
 REACH = 0.25
 """Largest distance in metres from an arrow to a place that supports a body."""
+PLACED = 0.1
+"""The same from a point that was given as the place itself."""
 
 
 def sample_goals(
@@ -106,6 +108,20 @@ def read_goals(
         return []
     support = seats.support_map(target.triangles, None if scene is None else _floor(scene, target))
     return [_snap(support, arrow) for arrow in found]
+
+
+def goal_at(target: Target, action: str, point: np.ndarray, yaw: float) -> Goal:
+    """Return the goal on the surface of a target at a point (3,), facing a yaw in radians; network frame.
+
+    Raise SampError where nothing below the point supports a body.
+    """
+    support = seats.support_map(target.triangles)
+    goal = seats.snap_to_map(support, nearby.goal_at(point, yaw, action), PLACED, enough=0.0)
+    if goal is None:
+        raise SampError(
+            f"There is no place to {action} at this point of '{target.name}'; choose another one."
+        )
+    return goal
 
 
 def _snap(support: SupportMap, arrow: bpy.types.Object) -> Goal:

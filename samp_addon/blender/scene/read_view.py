@@ -16,6 +16,7 @@ from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
 from ..character import armature
 from ..overlays import goal_arrows, waypoints
+from ..placing import strokes
 from ..render import camera_picture
 from ..sub_goals import placing
 from . import pieces, read_scene
@@ -43,12 +44,14 @@ def read_view(
     if step.target and "target" in needs:
         target = read_scene.read_target(context, step.target, people)
         if step.action in SEATED:
-            point = None if step.point is None else frames.to_network(np.array(step.point))
+            point = None if step.point is None else frames.to_network(np.array(step.point[:3]))
             geometry, target = pieces.piece(context, geometry, target, step.action, point)
             found["characters"] = pieces.characters(context)
         found |= {"target": target.triangles, "parts": target.parts}
         if "goals" in needs:
             found["goals"] = goal_arrows.read_goals(context, target, step.action, geometry)
+            if step.action in SEATED and step.point is not None and len(step.point) > 3:
+                found["goals"] = [goal_arrows.goal_at(target, step.action, *place(step.point))]
     if step.to is not None and "destination" in needs:
         found["destination"] = place(step.to)
     if "start" in needs:
@@ -57,7 +60,9 @@ def read_view(
     if "camera" in needs and (camera or context.scene.camera is not None):
         found["camera"] = camera_picture.take(context, camera, geometry)
     if first and "via" in needs:
-        found["via"] = [frames.to_network(np.array(p)) for p in step.via] or waypoints.positions(context)
+        found["via"] = [frames.to_network(np.array(p)) for p in step.via]
+        found["via"] += [] if not step.path else [*frames.to_network(strokes.of_curve(context, step.path))]
+        found["via"] = found["via"] or waypoints.positions(context)
     if "sub_goals" in needs:
         found["sub_goals"] = [place(numbers) for numbers in step.settings.get("sub_goals") or ()]
         if passes_stored(step):

@@ -22,11 +22,13 @@ from ...evaluation.obstacles import shared
 from ...methods import registry
 from ...methods.take import Failure, Take
 from ...pipeline import driver
+from ...pipeline.beside_others import beside
 from ...pipeline.driver import Store, Toolbox, Work
 from ...pipeline.job import Job
 from ...progress import Progress
 from ...scene.geometry import SceneGeometry
 from ..actions import keyframes, notes, refine_action
+from ..cast import others
 from ..character import armature, character, characters, start
 from ..edits import hand_targets, origin
 from ..overlays import start_marker
@@ -108,7 +110,8 @@ def read(
     """Return all that the job needs of the scene.
 
     new_character: if none is named, make one even if one is there. start_from: where a job without a start of its own
-    begins: where the character stands now, at its start marker, or in its current pose at the current frame.
+    begins: where the character stands now, at its start marker, or in its current pose at the current frame. Other
+    bodies, also those of armatures of other origin that an Action moves, keep their places and their ways.
     """
     owner = _owner(context, job, new_character)
     if owner is not None and job.shape:
@@ -116,6 +119,7 @@ def read(
             raise SampError(f"'{owner.name}' has a shape already, and the sub-goals; leave out --shape.")
         job = replace(job, shape={})
     people = characters.people(context)
+    people += others.moving(context, people, (owner,))
     geometry = read_scene.read_scene(context, people)
     before = None
     if owner is not None and job.start is None and start_from == "POSE":
@@ -137,6 +141,7 @@ def read(
     if job.refine:
         work = replace(work, surroundings=refine_action.surroundings(context, geometry))
     first = context.scene.frame_start if before is None else before.frame
+    work = beside(work, others.present(context, people, (owner,), first))
     return Plan(work, geometry, owner, first, start_from != "STANDING")
 
 

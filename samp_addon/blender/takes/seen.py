@@ -62,7 +62,7 @@ def shown_motion(
 ) -> tuple[Motion, list[str]]:
     """Return the Motion that Blender shows of an Action, and a sentence if that is not what its keys say."""
     keyed = keyframes.read_motion(owner, action, scene=context.scene)
-    reason = _influence(owner)
+    reason = influence(owner)
     if reason is None:
         return keyed, []
     start = int(np.floor(action.frame_range[0]))
@@ -151,7 +151,7 @@ def _own_mover(obj: bpy.types.Object, with_action: bool) -> str | None:
     return None
 
 
-def _influence(owner: bpy.types.Object) -> str | None:
+def influence(owner: bpy.types.Object) -> str | None:
     """Return what besides the active Action changes what is shown of an armature, in words, or None."""
     reason, data = mover(owner, False), owner.animation_data
     if reason is not None:

@@ -82,9 +82,12 @@ class _Direction:
         self.progress("Finding places", 0.0)
         roles = gazes.facing(seating.apart(seating.with_starts(self.work.roles, self.seed)))
         self.cast = {k: found for k, found in enumerate(seating.seat(roles, self.work.others)) if found}
+        reasons: dict[tuple, str] = {}  # the members of a table ask for the same chairs
         for k, role in enumerate(roles):
             if k not in self.cast:
-                self._fail(k, _no_place(role))
+                key = role.pieces, role.action
+                reasons[key] = reasons.get(key) or _no_place(role)
+                self._fail(k, reasons[key])
         self._generate(self.cast, SubProgress(self.progress, 0.05, 0.5))
         made = self._on_the_way(self._scheduled())
         waits = self._waits(made)
@@ -127,7 +130,7 @@ class _Direction:
             made = self._schedule(known)
             if not made.stuck or count == ROUNDS:
                 return made
-            stuck = {numbers[k]: self._met(tracks, made, k, other) for k, other in made.stuck.items()}
+            stuck = {numbers[k]: met(tracks, made, k, other) for k, other in made.stuck.items()}
             self.seeds |= {k: (self.seeds[k] + ANOTHER) % 2**31 for k in stuck}
             self._generate({k: self.cast[k] for k in stuck}, progress, stuck)
             redone = {numbers.index(k) for k in stuck}
@@ -192,18 +195,6 @@ class _Direction:
         motion = self.takes[number].motion
         return round((motion.seconds - self.work.roles[number].member.job.hold) * motion.fps)
 
-    @staticmethod
-    def _met(tracks: Sequence[Track], made: Schedule, member: int, other: int) -> list:
-        """Return the ground on which a member meets another one, to be walked around."""
-        a, b = tracks[member], tracks[other]
-        last = max(made.starts[member] + len(a), made.starts[other] + len(b))
-        time = np.arange(last)
-        rows = np.clip(time - made.starts[member], 0, len(a) - 1)
-        columns = np.clip(time - made.starts[other], 0, len(b) - 1)
-        middle_a, middle_b = a.bounds()[0][rows], b.bounds()[0][columns]
-        nearest = int(np.linalg.norm((middle_a - middle_b)[:, [0, 2]], axis=-1).argmin())
-        return [(middle_b[nearest], STANDING)]
-
     def _waits(self, made: Schedule) -> dict[int, float]:
         return {k: made.starts[index] / RATE for index, k in enumerate(sorted(self.takes))}
 
@@ -253,7 +244,23 @@ class _Direction:
         )
 
 
+def met(tracks: Sequence[Track], made: Schedule, member: int, other: int) -> list:
+    """Return the ground on which a member meets another one, to be walked around."""
+    a, b = tracks[member], tracks[other]
+    last = max(made.starts[member] + len(a), made.starts[other] + len(b))
+    time = np.arange(last)
+    rows = np.clip(time - made.starts[member], 0, len(a) - 1)
+    columns = np.clip(time - made.starts[other], 0, len(b) - 1)
+    middle_a, middle_b = a.bounds()[0][rows], b.bounds()[0][columns]
+    nearest = int(np.linalg.norm((middle_a - middle_b)[:, [0, 2]], axis=-1).argmin())
+    return [(middle_b[nearest], STANDING)]
+
+
 def _no_place(role: Role) -> str:
+    """Return why there is no place left for a role: others have all of them, or things are in the way."""
+    reason = seating.obstruction(role)
+    if reason:
+        return reason
     verb = role.action
     if len(role.pieces) > 1:
         return (

@@ -39,7 +39,7 @@ def waiting(
     Where the idle action cannot be made, the body stands still in the first pose.
     """
     late = [number for number in takes if seconds.get(number, 0.0) > SHORTEST]
-    rows = {number: [_idle(views[number], takes[number], seconds[number])] for number in late}
+    rows = {number: [idle_step(views[number], takes[number], seconds[number])] for number in late}
     made = together.generate(rows, seeds, methods, progress)[0] if IDLE in methods else {}
     return {
         number: after_waiting(take, made[number].motion if number in made else None, seconds[number])
@@ -49,7 +49,8 @@ def waiting(
     }
 
 
-def _idle(view: SceneView, take: Take, seconds: float) -> tuple[Step, SceneView]:
+def idle_step(view: SceneView, take: Take, seconds: float) -> tuple[Step, SceneView]:
+    """Return the step, with its view, in which a body stands idly where a take begins. view: of the take."""
     place, yaw = take.floor_start, float(np.arctan2(*take.motion.headings()[0][[0, 2]]))
     alone = replace(
         view,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...methods.samp import refusals
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...scene.distance import solids
@@ -88,12 +89,12 @@ def seat(roles: Sequence[Role], others: Sequence[Other]) -> list[Seated | None]:
         for name, view in zip(role.pieces, role.views, strict=True)
     }
     pelvises = np.array([other.pelvis for other in others]).reshape(-1, 3)
-    shared = {name for name in names if wanted[name] > 1 or _near(views[name][0], pelvises)}
+    shared = {name for name in names if wanted[name] > 1 or near(views[name][0], pelvises)}
     places = [
         place
         for number, name in enumerate(names)
         if name in shared
-        for place in _places(number, *views[name])
+        for place in places_on(number, *views[name])
     ]
     places = _without_perches(places)
     choosing = [k for k, role in enumerate(roles) if role.seated and shared & set(role.pieces)]
@@ -110,7 +111,7 @@ def seat(roles: Sequence[Role], others: Sequence[Other]) -> list[Seated | None]:
             found[k] = None
             continue
         name = names[place.piece]
-        exact = taken.count(name) > 1 or _near(views[name][0], pelvises)
+        exact = taken.count(name) > 1 or near(views[name][0], pelvises)
         found[k] = Seated(roles[k], roles[k].pieces.index(name), place, exact)
     return found
 
@@ -156,18 +157,24 @@ def around_others(seated: Seated, others: Sequence[Seated], blocked: Sequence[Di
     destination = seated.role.views[seated.option][-1].destination
     end = None if destination is None else destination[0]
     discs = [disc for other in others for disc in other.discs()] + list(blocked)
-    kept = []
-    for centre, radius in discs:
-        # Its own start and destination stay free: a body that stands there now will have left.
-        room = min((_gap(centre, own) for own in (start, end) if own is not None), default=np.inf)
-        free = min(radius, room - navigation.Agent().radius - MARGIN)
-        if free > 0:
-            kept.append((centre, free))
+    kept = left_to_others(discs, [own for own in (start, end) if own is not None])
     views = tuple(tuple(replace(view, occupied=kept) for view in own) for own in seated.role.views)
     return replace(seated, role=replace(seated.role, views=views))
 
 
-def _places(number: int, view: SceneView, action: str) -> list[Place]:
+def left_to_others(discs: Sequence[Disc], own: Sequence[np.ndarray]) -> list[Disc]:
+    """Return the ground that is left to others, smaller where it would cover one of a member's own places (3,): its
+    start and destination stay free, since a body that stands there now will have left."""
+    kept = []
+    for centre, radius in discs:
+        room = min((_gap(centre, place) for place in own), default=np.inf)
+        free = min(radius, room - navigation.Agent().radius - MARGIN)
+        if free > 0:
+            kept.append((centre, free))
+    return kept
+
+
+def places_on(number: int, view: SceneView, action: str) -> list[Place]:
     """Return the places on a piece: the artist's goals, else those found by geometry."""
     own = [goal for goal in view.goals if goal.action == action]
     if own:
@@ -180,13 +187,21 @@ def _places(number: int, view: SceneView, action: str) -> list[Place]:
     return [Place(number, each.goal, each.score, each.surface) for each in found]
 
 
+def obstruction(role: Role) -> str:
+    """Return why nobody at all fits on a role's pieces, as of the first of them; empty where somebody does."""
+    if any(places_on(k, views[-1], role.action) for k, views in enumerate(role.views)):
+        return ""
+    step, view = role.steps(0)[-1]
+    return str(refusals.no_place(step, view, floor_beside(view.navmesh, view.target), REACH))
+
+
 def _without_perches(places: Sequence[Place]) -> list[Place]:
     """Return the places without those to sit on that are as high as a table, where there are lower ones."""
     low = [place for place in places if place.surface < seats.PERCH]
     return low or list(places)
 
 
-def _near(view: SceneView, pelvises: np.ndarray) -> bool:
+def near(view: SceneView, pelvises: np.ndarray) -> bool:
     """Whether a body that is not of the cast is on a piece, or right beside it."""
     if not len(pelvises):
         return False

@@ -31,7 +31,7 @@ def choose(
     found, floor = parts.pieces(scene.triangles[mine], scene.object_ids[mine])
     found = [mine[piece] for piece in found]
     if hint is not None and found:
-        return _nearest(scene.triangles, found, hint)
+        return nearest(scene.triangles, found, hint)
     best, most = None, 0.0
     for piece in found[:MOST_PIECES]:
         score = _score(scene, piece, action, floor)
@@ -40,7 +40,7 @@ def choose(
     return best
 
 
-def _nearest(triangles: np.ndarray, pieces: list[np.ndarray], point: np.ndarray) -> np.ndarray:
+def nearest(triangles: np.ndarray, pieces: list[np.ndarray], point: np.ndarray) -> np.ndarray:
     """Return the piece nearest to a point (3,): by its box and, of those that share it, by its surface."""
     boxes = [extent(triangles[piece]) for piece in pieces]
     away = [float(np.linalg.norm(np.maximum(np.maximum(a - point, point - b), 0))) for a, b in boxes]

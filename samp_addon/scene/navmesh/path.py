@@ -94,6 +94,18 @@ def plan_to_goal(
     goal (default 1.3, or 2 to lie down) that no wall separates from it. tolerance, comfort: see `plan`. Raises
     PathError if there is no such place or no path.
     """
+    return _find_path(mesh, *ends(mesh, start, goal, stand_off, reach, tolerance), comfort)
+
+
+def ends(
+    mesh: NavMesh,
+    start: np.ndarray,
+    goal: Goal,
+    stand_off: float = STAND_OFF,
+    reach: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the path of `plan_to_goal` begins and ends, (3,) each; raises the same errors without planning."""
     begin = _on_mesh(mesh, start, tolerance, "start")
     island = int(mesh.island_of(mesh.ground.at(begin)))
     if reach is None:
@@ -109,7 +121,7 @@ def plan_to_goal(
             f"No way leads from the start to the {goal.action} goal for a character "
             f"{2 * mesh.agent.radius:.2f} m wide; move the furniture apart, or choose another start."
         )
-    return _find_path(mesh, begin, mesh.ground.points(reachable[0]), comfort)
+    return begin, mesh.ground.points(reachable[0])
 
 
 def _on_mesh(

@@ -129,7 +129,7 @@ def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     height = postures.surface_height(grid, places)
     yaws = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
     many = np.repeat(places, DIRECTIONS, axis=0), np.tile(yaws, len(places)), np.repeat(height, DIRECTIONS)
-    score = _score(grid, action, *many)
+    score = score_at(grid, action, *many)
     chosen = suppress(many[0], many[1], score, action, limit)
     if not len(chosen):
         return []
@@ -139,7 +139,9 @@ def seats_on_map(grid: SupportMap, action: str, limit: int = 16) -> list[Seat]:
     # Refinement may have moved neighbours together.
     apart = suppress(places, yaws, score, action, limit, 0.85)
     worth = max(MIN_SCORE, MIN_SCORE_SHARE[action] * score.max())
-    return [_seat(grid, action, places[i], yaws[i], height[i], score[i]) for i in apart if score[i] >= worth]
+    return [
+        seat_at(grid, action, places[i], yaws[i], height[i], score[i]) for i in apart if score[i] >= worth
+    ]
 
 
 def snap_goal(
@@ -174,16 +176,16 @@ def snap_to_map(
     single, back = np.unique(places, axis=0, return_inverse=True)
     height = postures.surface_height(grid, single)[back.ravel()]
     posture = goal.action
-    score = _score(grid, posture, places, yaws, height)
+    score = score_at(grid, posture, places, yaws, height)
     if posture == "lie" and not (score >= least).any():
         posture = RECLINE
-        score = _score(grid, posture, places, yaws, height)
+        score = score_at(grid, posture, places, yaws, height)
     away = (offset**2).sum(-1) / reach**2 + (turn / np.radians(30)) ** 2
     value = np.where(score >= least, np.minimum(score, enough) - 0.3 * away, -np.inf)
     best = int(np.argmax(value))
     if not np.isfinite(value[best]):
         return None
-    return _seat(grid, posture, places[best], yaws[best], height[best], score[best]).goal
+    return seat_at(grid, posture, places[best], yaws[best], height[best], score[best]).goal
 
 
 def infer_front_yaw(triangles: np.ndarray) -> float:
@@ -240,9 +242,10 @@ def _candidates(grid: SupportMap, action: str) -> np.ndarray:
     return (at + 0.5) * grid.cell + grid.corner
 
 
-def _score(
+def score_at(
     grid: SupportMap, action: str, places: np.ndarray, yaws: np.ndarray, height: np.ndarray
 ) -> np.ndarray:
+    """Return the scores (N,) of bodies at places (N, 2) with yaws (N,) on surfaces at heights (N,), see postures.py."""
     scores = {"sit": postures.sit_score, "lie": postures.lie_score, RECLINE: reclining.recline_score}
     return scores[action](grid, places, yaws, height)
 
@@ -252,14 +255,14 @@ def _refine(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Move each candidate to the best of its neighbours, in two rounds of decreasing steps."""
     height = postures.surface_height(grid, places)
-    score = _score(grid, action, places, yaws, height)
+    score = score_at(grid, action, places, yaws, height)
     for step, turn in ((0.025, np.radians(7.5)), (0.0125, np.radians(3))):
         x, z, t = np.meshgrid(*[(-1, 0, 1)] * 3, indexing="ij")
         moves = np.stack([x.ravel() * step, z.ravel() * step], axis=-1)
         trial = (places[:, None] + moves).reshape(-1, 2)
         turned = (yaws[:, None] + t.ravel() * turn).ravel()
         level = postures.surface_height(grid, trial)
-        value = _score(grid, action, trial, turned, level).reshape(len(places), -1)
+        value = score_at(grid, action, trial, turned, level).reshape(len(places), -1)
         # A small penalty on moving keeps equally good candidates in place.
         price = 0.002 * (np.abs(x) + np.abs(z) + np.abs(t)).ravel()
         best = np.argmax(value - price, axis=1) + np.arange(len(places)) * len(price)
@@ -267,7 +270,10 @@ def _refine(
     return places, yaws, height, score
 
 
-def _seat(grid: SupportMap, action: str, place: np.ndarray, yaw: float, height: float, score: float) -> Seat:
+def seat_at(
+    grid: SupportMap, action: str, place: np.ndarray, yaw: float, height: float, score: float
+) -> Seat:
+    """Return the seat at a place (2,) of a support map, facing a yaw in the map's frame."""
     lift = postures.SEAT_TO_PELVIS if action == "sit" else postures.BED_TO_PELVIS
     position = grid.to_world(place, np.asarray(height + lift))
     goal = Goal(position, frames.yaw_direction(yaw + grid.yaw), "lie" if action == RECLINE else action)
