@@ -163,7 +163,7 @@ class SAMP_PT_weights(InSidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         options, column = refine_options(context), self.layout.column(align=True)
-        for name in ("foot", "collision", "contact", "smooth", "close", "limits", "thin", "goal"):
+        for name in ("foot", "collision", "contact", "smooth", "close", "limits", "thin", "goal", "hand"):
             column.prop(options, name)
 
 
