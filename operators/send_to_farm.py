@@ -23,7 +23,6 @@ class SAMP_OT_send_to_farm(ThreadOperator, bpy.types.Operator):
 
     bl_idname = "samp.send_to_farm"
     bl_label = "Send to Farm"
-    bl_options = set()  # nothing of the scene changes
 
     folder: StringProperty(
         name="Folder",
