@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import sys
+import time
+from types import SimpleNamespace
 
 import bpy
 import fakes
@@ -12,13 +14,17 @@ import numpy as np
 import pytest
 import rooms
 import samp_blender
+from samp_blender.operators.send_to_farm import SAMP_OT_send_to_farm
+from samp_blender.operators.thread_operator import ThreadOperator
 from samp_blender.samp_addon.batch import jobs_file, main
 from samp_blender.samp_addon.batch.farm.sending import packing
 from samp_blender.samp_addon.batch.order import order
+from samp_blender.samp_addon.blender import running_work
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.body import amass
 from samp_blender.samp_addon.methods.samp import networks
+from screen import Screen
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -179,3 +185,37 @@ def test_linked_files(saved, tmp_path, monkeypatch, packed):
     found = os.path.realpath(bpy.path.abspath(bpy.data.libraries[0].filepath))
     assert found.startswith(str(folder)) if packed else found == str(library)
     assert bpy.data.objects["Lamp"].library is not None and not bpy.data.objects["Lamp"].is_missing
+
+
+class Pressed(ThreadOperator):
+    """Blender's side of the operator beside a window."""
+
+    bl_label, address, engine, reports = "Send to Farm", "", "COMMAND", ()
+    begin, finished = SAMP_OT_send_to_farm.begin, SAMP_OT_send_to_farm.finished
+    _prepared, _folder, _engine = (
+        vars(SAMP_OT_send_to_farm)[name] for name in ("_prepared", "_folder", "_engine")
+    )
+
+    def __init__(self, folder, command):
+        self.folder, self.command, self.reports = str(folder), command, []
+
+    def report(self, kind, text):
+        self.reports.append((kind, text))
+
+
+@pytest.mark.parametrize(("ends", "seconds"), [("done", 0.2), ("ESC", 60)])
+def test_the_window_goes_on_while_a_program_submits(saved, tmp_path, ends, seconds):
+    program = f"import time; print('queued', flush=True); time.sleep({seconds})"
+    operator = Pressed(tmp_path / "out", f'{sys.executable} -c "{program}"')
+    window, until, came = Screen(), time.monotonic() + 120, {"PASS_THROUGH"}
+    operator._begin(window)
+    tick, escape = (SimpleNamespace(type=kind, value="PRESS") for kind in ("TIMER", "ESC"))
+    while came & {"PASS_THROUGH", "RUNNING_MODAL"} and time.monotonic() < until:
+        submitting = "Submitting" in (window.status or "")
+        came = operator.modal(window, escape if ends == "ESC" and submitting else tick)
+        time.sleep(0.02)
+    assert came == ({"FINISHED"} if ends == "done" else {"CANCELLED"})
+    said = "Sent 2 jobs: queued" if ends == "done" else "Stopped; nothing was changed."
+    assert operator.reports == [({"INFO"}, said)]
+    assert (window.timers, window.status, running_work.current()) == ([], None, None)
+    assert len(sent(tmp_path / "out")) == 2
