@@ -57,6 +57,7 @@ OPERATORS = (
     "export_take",
     "carry_to_rig",
     "guess_rig_map",
+    "send_to_farm",
     "copy_install_commands",
 )
 

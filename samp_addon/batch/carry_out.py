@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from .. import dependencies
-from ..atomic_file import atomic_write
-from ..blender.actions import keyframes
 from ..blender.cast import baking as cast_baking
-from ..blender.cast.baking import CastResult
-from ..blender.render import preview
 from ..blender.scene import open_scene
 from ..blender.takes import baking
-from ..body import amass
 from ..errors import SampError, UsageError
 from ..methods.take import Take
 from ..pipeline import attempts
@@ -27,6 +20,7 @@ from .console import Console, counted
 from .farm import stopping
 from .order import Order
 from .quiet import quiet
+from .results import take_files
 from .resuming.saved_takes import SavedTakes
 
 
@@ -75,7 +69,7 @@ def carry_out(
                 result = cast_baking.run(context, made.job, progress, **shared)
             else:
                 result = baking.run(context, made.job, progress, new_character=True, **shared)
-            files = _write_files(context, made, result)
+            files = take_files.write(context, made, result)
     except SampError as error:
         return Outcome(errors=[{"message": str(error)}])
     except Exception as error:
@@ -104,55 +98,3 @@ def _line(take: Take | CastTake) -> str:
     if take.goal is None:
         return f"seed {take.seed}, {take.motion.seconds:.1f} s"
     return f"seed {take.seed}, {attempts.error(take):.1f} cm from its goal"
-
-
-@dataclass(frozen=True)
-class _Baked:
-    """One character's take in the open scene. number: in a cast, else 0. entry: what the report says of it."""
-
-    seed: int
-    number: int
-    owner: Any
-    action: Any
-    entry: dict
-
-
-def _baked(result: baking.Result | CastResult) -> Iterator[_Baked]:
-    """Yield all takes, those of a cast seed by seed."""
-    if not isinstance(result, CastResult):
-        for variant, action in zip(result.variants, result.actions, strict=True):
-            yield _Baked(variant["seed"], 0, result.owner, action, variant)
-        return
-    for variant in result.variants:
-        seed = variant["seed"]
-        present = [number for number, own in result.actions.items() if seed in own]
-        for number, entry in zip(present, variant["cast"], strict=True):
-            yield _Baked(seed, number, result.owners[number], result.actions[number][seed], entry)
-
-
-def _write_files(context: Any, made: Order, result: baking.Result | CastResult) -> list[Path]:
-    """Write the .blend, the takes' .npz files and pictures, and note them in the report; return them. Raise SampError.
-
-    The pictures come last, for they change the open scene.
-    """
-    files = []
-    if made.output:
-        open_scene.save_copy(made.output)
-        files.append(made.output)
-    takes = list(_baked(result))
-    for take in takes if made.npz is not None else []:
-        files.append(made.npz_paths()[take.seed, take.number])
-        take.entry["npz"] = str(files[-1].absolute())
-        try:
-            with atomic_write(files[-1]) as part:
-                amass.write_amass(keyframes.read_motion(take.owner, take.action), part)
-        except OSError as error:
-            raise SampError(f"'{made.npz}' cannot be written ({error}); choose another --npz.") from error
-    for variant in result.variants if made.preview is not None else []:
-        shown = [take for take in takes if take.seed == variant["seed"]]
-        for take in shown:
-            keyframes.activate_action(take.owner, take.action)
-        files.append(made.preview_paths()[variant["seed"]])
-        variant["preview"] = str(files[-1].absolute())
-        preview.write(context, shown[0].owner, shown[0].action, files[-1])
-    return files

@@ -27,6 +27,8 @@ FILES = (
     "npz",
     "report",
     "preview",
+    "dataset",
+    "frames",
     "cast",
     "jobs",
     "units",

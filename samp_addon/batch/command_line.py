@@ -123,6 +123,23 @@ def parser() -> argparse.ArgumentParser:
     add("--overwrite", action="store_true", help="let --output replace the scene's own file")
     add("--npz", type=file_name, metavar="DIR", help="folder for each take as AMASS SMPL-X .npz")
     add("--preview", type=file_name, metavar="DIR", help="folder for a picture of each take, 480 pixels wide")
+    add(
+        "--dataset",
+        type=file_name,
+        metavar="DIR",
+        help="folder for joints, contacts and labels of each take as .npz, and for --frames",
+    )
+    add(
+        "--frames",
+        type=int,
+        metavar="N",
+        help="pictures of N moments of each take, with depth and objects, in --dataset",
+    )
+    add(
+        "--camera",
+        metavar="NAME",
+        help="of --frames, and of a method that sees through one; left out, the scene's active one",
+    )
     add("--report", type=file_name, metavar="FILE", help="JSON about what was made")
     add("--page", type=file_name, metavar="FILE", help="the report as a page (.html) with pictures, sortable")
     add("--table", type=file_name, metavar="FILE", help="all measures of the report as .csv or .parquet")

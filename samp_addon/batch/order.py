@@ -17,7 +17,8 @@ from ..pipeline.cast.cast import Cast
 from ..pipeline.job import Job
 from . import cast_entries
 
-PATHS = ("scene", "output", "npz", "report", "preview")
+PATHS = ("scene", "output", "npz", "report", "preview", "dataset")
+MOST_FRAMES = 1000
 IMPORT = ("units", "up")  # how an imported scene is read
 ROW = ("action", "target", "to", "method")  # options that steps in a row have one each of
 
@@ -26,8 +27,8 @@ ROW = ("action", "target", "to", "method")  # options that steps in a row have o
 class Order:
     """A job of the batch: what to make, from which file, and what to write. Paths are as the user gave them.
 
-    opened: the file that Blender has open, where no scene is named. overwrite: whether the output may replace the
-    scene's own file.
+    frames: how many pictures of each take, by the camera of that name, or the scene's active one. opened: the file that
+    Blender has open, where no scene is named. overwrite: whether the output may replace the scene's own file.
     """
 
     job: Job | Cast
@@ -36,6 +37,9 @@ class Order:
     npz: Path | None = None
     report: Path | None = None
     preview: Path | None = None
+    dataset: Path | None = None
+    frames: int = 0
+    camera: str = ""
     opened: Path | None = None
     overwrite: bool = False
     units: str | None = None
@@ -53,8 +57,21 @@ class Order:
         paths = self._take_paths(self.preview, ".png")
         return {seed: path for (seed, number), path in paths.items() if number == 0}
 
+    def dataset_paths(self) -> dict[tuple[int, int], Path]:
+        """Return where the labels of each take go, as `npz_paths`."""
+        return self._take_paths(self.dataset, ".labels.npz")
+
+    def frame_folders(self) -> dict[int, Path]:
+        """Return the folder of each seed's pictures with depth, named as the first take."""
+        paths = self._take_paths(self.dataset, ".frames")
+        return {seed: path for (seed, number), path in paths.items() if number == 0}
+
+    def scene_name(self) -> str:
+        """Return the name of the scene's file, without its folder and suffix."""
+        return (self.scene or self.opened or Path("untitled")).stem
+
     def _take_paths(self, folder: Path, suffix: str) -> dict[tuple[int, int], Path]:
-        scene = (self.scene or self.opened or Path("untitled")).stem
+        scene = self.scene_name()
         if isinstance(self.job, Cast):
             rows = [([member.name], member.job) for member in self.job.members]
         else:
@@ -75,8 +92,11 @@ class Order:
             path = getattr(self, name)
             found[name] = None if path is None else str(path.absolute())
         found |= {name: getattr(self, name) for name in IMPORT if getattr(self, name) is not None}
-        if self.preview is not None:
-            found["preview"] = str(self.preview.absolute())
+        for name in ("preview", "dataset"):
+            if getattr(self, name) is not None:
+                found[name] = str(getattr(self, name).absolute())
+        if self.frames:
+            found |= {"frames": self.frames, "camera": self.camera}
         return json.loads(json.dumps(found))
 
 
@@ -85,8 +105,11 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
 
     opened: the file that Blender has open.
     """
+    pictures = _pictures(options)
     if "cast" in options:
         given = options["cast"]
+        if pictures:
+            options = {name: value for name, value in options.items() if name != "camera"}
         entries = cast_entries.read(Path(given)) if isinstance(given, str) else cast_entries.checked(given)
         job: Job | Cast = cast_entries.cast(entries, options, _job)
     else:
@@ -95,13 +118,14 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
         job,
         **{name: Path(options[name]) for name in PATHS if name in options},
         **{name: options[name] for name in IMPORT if name in options},
+        **pictures,
         opened=opened,
         overwrite=options.get("overwrite", False),
     )
     if (made.units or made.up) and (made.scene is None or made.scene.suffix.lower() == ".blend"):
         raise UsageError("--units and --up are for imported scenes, such as .obj; scale a .blend in Blender.")
-    if made.output is None and made.npz is None and made.report is None:
-        raise UsageError("Say where the result goes with --output, --npz or --report.")
+    if all(place is None for place in (made.output, made.npz, made.report, made.dataset)):
+        raise UsageError("Say where the result goes with --output, --npz, --dataset or --report.")
     if made.output is not None and made.output.suffix != ".blend":
         raise UsageError(f"--output is '{made.output}'; name a .blend file.")
     scene = made.scene or opened
@@ -112,12 +136,25 @@ def order(options: Mapping[str, Any], opened: Path | None = None) -> Order:
     return made
 
 
+def _pictures(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return frames and camera of the pictures that are asked for. Raise UsageError for unusable ones."""
+    if "frames" not in options:
+        return {}
+    if "dataset" not in options:
+        raise UsageError("--frames writes pictures beside the labels of a take; say where with --dataset.")
+    if not 1 <= options["frames"] <= MOST_FRAMES:
+        raise UsageError(f"--frames is {options['frames']}; choose from 1 to {MOST_FRAMES}.")
+    return {"frames": options["frames"], "camera": options.get("camera", "")}
+
+
 def _job(options: Mapping[str, Any]) -> Job:
     """Return the job of parsed options. Raise UsageError for unusable ones."""
     steps = _row(options)
     methods = {step["method"]: registry.find(step["method"]) for step in steps}
     own = {option.name for method in methods.values() for option in method.options}
     plain = {f.name for f in fields(Job)} - {"settings", "then", *ROW}
+    if "frames" in options:
+        own |= {"frames", "camera"}
     foreign = sorted(set(options) - own - plain - {*PATHS, *IMPORT, *ROW, "overwrite", "cast"})
     if foreign:
         named = (

@@ -31,7 +31,8 @@ def _classes() -> list[type]:
     """Return all classes but the settings; panels in the order of the sidebar."""
     from . import lists, menu, panel, sub_goals, takes
     from .cast import panel as cast
+    from .farm import panel as farm
 
     panels = [*panel.CLASSES, *sub_goals.CLASSES, *takes.CLASSES, *panel.LATER]
-    panels += [*cast.CLASSES, *lists.CLASSES, *panel.LAST]
+    panels += [*cast.CLASSES, *lists.CLASSES, *panel.LAST, *farm.CLASSES]
     return [*menu.CLASSES, *panels]

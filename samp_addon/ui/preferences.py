@@ -1,4 +1,4 @@
-"""The add-on's preferences: the Python packages it needs, and how to install missing ones."""
+"""The add-on's preferences: the Python packages it needs, how to install missing ones, and the render farm."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import bpy
 
 from .. import dependencies
 from ..dependencies import Package
+from .farm import engine
 
 
 class SAMP_AP_preferences(bpy.types.AddonPreferences):
     """Edit > Preferences > Add-ons > SAMP"""
 
     bl_idname = __package__.rsplit(".samp_addon", 1)[0]
+    __annotations__ = engine.annotations()
 
     def draw(self, context: bpy.types.Context) -> None:
         found = _found()
@@ -28,6 +30,7 @@ class SAMP_AP_preferences(bpy.types.AddonPreferences):
             column.label(text=line)
         if missing:
             column.operator("samp.copy_install_commands", icon="COPYDOWN")
+        engine.draw(self.layout, self)
 
 
 def advice(missing: list[Package]) -> list[str]:

@@ -17,6 +17,7 @@ from ..blender.character import measures
 from ..blender.sub_goals import arrows
 from . import job_from_settings, method_options, sub_goal_settings
 from .cast.settings import SAMP_PG_member
+from .farm.settings import SAMP_PG_farm
 from .parts.choices import is_character, is_target
 
 ACTIONS = (
@@ -180,6 +181,7 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     step_index: IntProperty(name="Step", default=0)
     cast: CollectionProperty(type=SAMP_PG_member)
     cast_index: IntProperty(name="Character", default=0)
+    farm: PointerProperty(type=SAMP_PG_farm)
     sub_goal: PointerProperty(
         name="Sub-goal",
         description="Active sub-goal, where no arrow is selected",
@@ -194,7 +196,7 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (SAMP_PG_step, SAMP_PG_member, SAMP_PG_settings)
+CLASSES = (SAMP_PG_step, SAMP_PG_member, SAMP_PG_farm, SAMP_PG_settings)
 _OWN = dict(SAMP_PG_settings.__annotations__)
 
 

@@ -71,6 +71,11 @@ def written(made: Order) -> list[str]:
     single = [path for path in (made.output, made.report) if path is not None]
     takes = list(made.npz_paths().values()) if made.npz is not None else []
     pictures = list(made.preview_paths().values()) if made.preview is not None else []
+    if made.dataset is not None:
+        takes += made.dataset_paths().values()
+        pictures += (
+            [folder / "cameras.json" for folder in made.frame_folders().values()] if made.frames else []
+        )
     return [os.path.abspath(path) for path in (*single, *takes, *pictures)]
 
 
@@ -91,7 +96,7 @@ def _keys(text: str, shared: Mapping[str, Any], opened: Path | None) -> Iterator
     for name in ("output", "report"):
         if name in paths:
             yield "file", os.path.abspath(paths[name])
-    for name in ("npz", "preview"):
+    for name in ("npz", "preview", "dataset"):
         if name in paths:
             stem = Path(paths.get("scene") or opened or "untitled").stem
             yield name, os.path.abspath(paths[name]), stem

@@ -11,7 +11,20 @@ from ...atomic_file import atomic_write
 from ...errors import SampError, UsageError
 
 FORMATS = (".csv", ".parquet")
-FIRST = ("line", "scene", "action", "target", "method", "seed", "action_name", "npz", "output", "preview")
+FIRST = (
+    "line",
+    "scene",
+    "action",
+    "target",
+    "method",
+    "seed",
+    "action_name",
+    "npz",
+    "output",
+    "preview",
+    "dataset",
+    "frames",
+)
 """Columns at the left; the measures follow, and then warnings and message."""
 
 _PLAIN = ("frame_start", "frame_end", "fps", "interaction_start", "attempts")

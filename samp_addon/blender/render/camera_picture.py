@@ -37,7 +37,7 @@ def take(context: bpy.types.Context, name: str, geometry: SceneGeometry) -> Came
     camera, or where it sees nothing of the scene.
     """
     camera = find(context, name)
-    lens, extrinsics = _lens(context.scene, camera), _extrinsics(context, camera)
+    lens, extrinsics = _lens(context.scene, camera), extrinsics_of(context, camera)
     empty = CameraView(
         camera.name, np.zeros((*SIZE[::-1], 3), np.uint8), np.zeros(SIZE[::-1]), lens, extrinsics
     )
@@ -136,7 +136,7 @@ def _lens(scene: bpy.types.Scene, camera: bpy.types.Object) -> np.ndarray:
     return np.array([focal, 0.5 - focal * middle[0], aspect / 2 + focal * middle[1]])
 
 
-def _extrinsics(context: bpy.types.Context, camera: bpy.types.Object) -> np.ndarray:
+def extrinsics_of(context: bpy.types.Context, camera: bpy.types.Object) -> np.ndarray:
     """Return the matrix (4, 4) from the network frame to camera coordinates."""
     world = np.array(camera.evaluated_get(context.evaluated_depsgraph_get()).matrix_world, dtype=np.float64)
     axes = frames.to_network((world[:3, :3] / np.linalg.norm(world[:3, :3], axis=0)).T)

@@ -114,11 +114,12 @@ def open_file() -> Path | None:
     return Path(bpy.data.filepath) if bpy.data.filepath else None
 
 
-def save_copy(path: Path) -> None:
-    """Write the open file as a .blend. Raise SampError where it cannot be written."""
+def save_copy(path: Path, advice: str = "choose another --output") -> None:
+    """Write the open file as a .blend, whose relative names lead where they led. Raise SampError where it cannot be
+    written. advice: the end of the error's sentence."""
     try:
         with atomic_write(path) as part:
             bpy.ops.wm.save_as_mainfile(filepath=str(part.absolute()), copy=True, check_existing=False)
     except (RuntimeError, OSError) as error:
         reason = str(error).strip().removeprefix("Error: ").rstrip(".")
-        raise SampError(f"'{path}' cannot be written ({reason}); choose another --output.") from error
+        raise SampError(f"'{path}' cannot be written ({reason}); {advice}.") from error

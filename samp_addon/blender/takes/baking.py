@@ -113,7 +113,7 @@ def read(
     begins: where the character stands now, at its start marker, or in its current pose at the current frame. Other
     bodies, also those of armatures of other origin that an Action moves, keep their places and their ways.
     """
-    owner = _owner(context, job, new_character)
+    owner = owner_of(context, job, new_character)
     if owner is not None and job.shape:
         if new_character:
             raise SampError(f"'{owner.name}' has a shape already, and the sub-goals; leave out --shape.")
@@ -244,7 +244,8 @@ def sentence(result: Result) -> str:
     return text
 
 
-def _owner(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
+def owner_of(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
+    """Return the armature that gets a job's takes, None where one is to be made; see `read`. Raise SampError."""
     if job.character:
         return armature.find(context, job.character)
     if any(read_view.passes_stored(step) for step in job.steps) and (found := arrows.owners(context)):
