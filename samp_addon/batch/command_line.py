@@ -106,8 +106,6 @@ def parser() -> argparse.ArgumentParser:
         f"{', '.join(registry.METHODS)} ({registry.DEFAULT}); for several actions one for all, or one each"
     )
     add("--method", action="append", metavar="METHOD", help=methods)
-    for method in registry.METHODS.values():
-        _add_options(made, method)
     add(
         "--cast",
         type=file_name,
@@ -140,6 +138,8 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="of --frames, and of a method that sees through one; left out, the scene's active one",
     )
+    for method in registry.METHODS.values():
+        _add_options(made, method)
     add("--report", type=file_name, metavar="FILE", help="JSON about what was made")
     add("--page", type=file_name, metavar="FILE", help="the report as a page (.html) with pictures, sortable")
     add("--table", type=file_name, metavar="FILE", help="all measures of the report as .csv or .parquet")

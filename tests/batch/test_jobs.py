@@ -112,7 +112,10 @@ def test_the_character_starts_where_it_stands(start):
 def test_the_batch_makes_a_new_character_unless_one_is_named(start):
     character.create_character(bpy.context, location=(start[0], start[1], 0), name="Ann")
     job = replace(SIT, variants=1)
-    assert run(job, new_character=True).owner.name != "Ann"
+    new = run(job, new_character=True).owner
+    assert new.name != "Ann"
+    for part in (*new.children, new):  # it sits where Ann is to sit
+        bpy.data.objects.remove(part)
     assert run(replace(job, character="Ann"), new_character=True).owner.name == "Ann"
 
 

@@ -82,13 +82,16 @@ class Layout:
     def operator(self, name, icon="NONE"):
         self.shown.append(name)
 
+    def prop(self, data, name, **look):
+        """Settings are not about packages."""
+
 
 @pytest.mark.parametrize("absent", [(), (ABSENT,)])
 def test_preferences(monkeypatch, absent):
     monkeypatch.setattr(dependencies, "PACKAGES", (THERE, *absent))
     preferences._found.cache_clear()
     shown = Layout()
-    drawn = type("Drawn", (), {"layout": shown})()
+    drawn = type("Drawn", (), {"layout": shown, "farm_engine": "NONE"})()
     preferences.SAMP_AP_preferences.draw(drawn, bpy.context)
     preferences._found.cache_clear()
     assert f"numpy: {THERE.version}" in shown.shown
