@@ -65,7 +65,7 @@ class SAMP_OT_draw_path(bpy.types.Operator):
         self._figure.remove()
         context.window.cursor_modal_restore()
         context.workspace.status_text_set(None)
-        _redraw(context)
+        self._figure.redraw(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self._add(context))
@@ -94,10 +94,4 @@ class SAMP_OT_draw_path(bpy.types.Operator):
         if point is not None:
             self._line.append(point)
             self._figure.stroke(np.array(self._line) + [0.0, 0.0, 0.02])
-            _redraw(context)
-
-
-def _redraw(context: bpy.types.Context) -> None:
-    for area in context.window.screen.areas:
-        if area.type == "VIEW_3D":
-            area.tag_redraw()
+            self._figure.redraw(context)

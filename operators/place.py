@@ -116,7 +116,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         self._added = 0
 
     def _find(self, context: bpy.types.Context) -> Spot:
-        """Return the spot at the location. Raise SampError where nobody can be there."""
+        """Return the spot at the location. Raise SampError where no body fits."""
         from ..samp_addon.blender.placing import reading
         from ..samp_addon.errors import SampError
         from ..samp_addon.ui import job_from_settings
@@ -185,7 +185,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
             context.workspace.status_text_set(f"{_sentence(spot)}{ways}   {HINT}")
         else:
             context.workspace.status_text_set(f"{spot.reason}   {HINT}")
-        _redraw(context)
+        self._figure.redraw(context)
 
     def _click(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Begin to turn when the button goes down; bake, or add a step, when it goes up."""
@@ -214,7 +214,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         self._figure.remove()
         context.window.cursor_modal_restore()
         context.workspace.status_text_set(None)
-        _redraw(context)
+        self._figure.redraw(context)
 
 
 def _sentence(spot: Spot) -> str:
@@ -238,9 +238,3 @@ def _over_panels(context: bpy.types.Context, event: bpy.types.Event) -> bool:
         and 0 <= event.mouse_y - area.y < area.height
         for area in context.window.screen.areas
     )
-
-
-def _redraw(context: bpy.types.Context) -> None:
-    for area in context.window.screen.areas:
-        if area.type == "VIEW_3D":
-            area.tag_redraw()

@@ -221,7 +221,7 @@ class Placer:
         return sorted(both, key=lambda seat: -seat.score - (SITTING if seat.goal.action == "sit" else 0))
 
     def _why_not(self, piece: _Piece, point: np.ndarray, found: Sequence[seats.Seat]) -> str:
-        """Return why nobody can be at a point of a piece. found: places that others occupy."""
+        """Return why no body fits at a point of a piece. found: places that others occupy."""
         if found:
             who = beside_others.occupants([seat.goal for seat in found], self.others)
             return f"{' and '.join(repr(name) for name in who)} is already on '{piece.target}'."

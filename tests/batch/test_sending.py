@@ -1,4 +1,4 @@
-"""Bundles for a farm: jobs as lines, the files of a bundle, and what each engine is told."""
+"""Bundles for a farm: jobs as lines, the files of a bundle, and the settings of each engine."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ def test_a_take_follows_by_itself_once(owner):
     made = owner.animation_data.action
     assert made != take and following.changes(bpy.context, origin.read(made)) == []
     count = len(bpy.data.actions)
-    bpy.data.objects["Sofa"].location.z += 50  # where nobody gets to
+    bpy.data.objects["Sofa"].location.z += 50  # out of reach
     for _ in range(2):
         assert watching.follow() is None and len(bpy.data.actions) == count
     assert owner.animation_data.action == made

@@ -8,8 +8,8 @@ import bpy
 import fakes
 import numpy as np
 import pytest
-import rooms
 import samp_blender
+from boxes import add_boxes
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.methods.samp import networks
@@ -25,20 +25,6 @@ def _registered():
 @pytest.fixture(autouse=True)
 def _fake_networks(monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
-
-
-def add_boxes(name, boxes, at):
-    points, faces = [], []
-    for box in boxes:
-        triangles = rooms.box(*box)
-        faces += [tuple(len(points) + 3 * k + i for i in range(3)) for k in range(len(triangles))]
-        points += [(x, -z, y) for x, y, z in triangles.reshape(-1, 3)]
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(points, [], faces)
-    obj = bpy.data.objects.new(name, mesh)
-    obj.location = at
-    bpy.context.scene.collection.objects.link(obj)
-    return obj
 
 
 @pytest.fixture

@@ -74,7 +74,7 @@ def test_five_presses_start_at_the_same_place(owner, asked):
 def test_first_take_of_an_armature_stores_its_start(owner, asked, family):
     other = rigs.make(family, name="Other")
     other.matrix_world = owner.matrix_world @ other.matrix_world
-    for part in (*owner.children, owner):  # nobody else stands where it starts
+    for part in (*owner.children, owner):  # so that its start is free
         bpy.data.objects.remove(part)
     assert start.stored(other) is None
     for _ in range(3):

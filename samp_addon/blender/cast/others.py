@@ -47,7 +47,7 @@ def present(
     owners: Sequence[bpy.types.Object | None],
     first: int | None = None,
 ) -> list[Other]:
-    """Return the bodies of those armatures that are nobody's own; see `read` for `first`.
+    """Return the bodies of those armatures that belong to none of them; see `read` for `first`.
 
     owners: characters that get takes. Rigs that takes were carried to show the body of another character once more.
     """

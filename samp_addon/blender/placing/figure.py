@@ -66,6 +66,13 @@ class PlaceFigure:
         """Set the line (N, 3) that is drawn on the floor, Blender's world; None for none."""
         self._stroke = points
 
+    @staticmethod
+    def redraw(context: bpy.types.Context) -> None:
+        """Redraw the window's 3D views."""
+        for area in context.window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
     def remove(self) -> None:
         """Stop drawing."""
         if self._handle is not None:
