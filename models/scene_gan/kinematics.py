@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch
 from torch.nn import functional
 
+from . import constants
+
 JOINTS = 22
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
 LEVELS = (
@@ -47,14 +49,17 @@ def joint_positions(rotations: torch.Tensor, rest: torch.Tensor) -> torch.Tensor
     """
     order = [0, *(joint for level in LEVELS for joint in level)]
     turned, places = [rotations[..., :1, :, :]], [torch.zeros_like(rotations[..., :1, :, 0])]
-    bones = rest[..., 1:, :] - rest[..., list(PARENTS[1:]), :]
+    pick = lambda values, rows, axis: values.index_select(
+        axis, constants.indices(tuple(rows), rotations.device)
+    )
+    bones = rest[..., 1:, :] - pick(rest, PARENTS[1:], -2)
     before = [0]
     for level in LEVELS:
         # All joints of the same depth at once, to minimise the number of operations on a GPU.
         at = [before.index(PARENTS[joint]) for joint in level]
-        parents = turned[-1][..., at, :, :]
-        bone = bones[..., [joint - 1 for joint in level], :, None]
-        places.append(places[-1][..., at, :] + (parents @ bone)[..., 0])
-        turned.append(parents @ rotations[..., list(level), :, :])
+        parents = pick(turned[-1], at, -3)
+        bone = pick(bones, (joint - 1 for joint in level), -2)[..., None]
+        places.append(pick(places[-1], at, -2) + (parents @ bone)[..., 0])
+        turned.append(parents @ pick(rotations, level, -3))
         before = list(level)
-    return torch.cat(places, dim=-2)[..., [order.index(joint) for joint in range(JOINTS)], :]
+    return pick(torch.cat(places, dim=-2), (order.index(joint) for joint in range(JOINTS)), -2)

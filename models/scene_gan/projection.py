@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch.nn import functional
 
-from . import kinematics
+from . import constants, kinematics
 from .start import Start
 
 NEAREST = 0.3  # distance (m) to which nearer points are moved for projection
@@ -89,7 +89,7 @@ def relative_depth(
     )
     grid = place[:, :, None, None] + half[..., None, None, None] * torch.stack([x, y], -1)
     # grid_sample expects coordinates from -1 to 1 in each direction.
-    grid = grid * torch.tensor([2.0, 2.0 / ASPECT], device=depth.device) - 1
+    grid = grid * constants.numbers((2.0, 2.0 / ASPECT), depth.device) - 1
     rows = grid.flatten(1, 2)
     found = functional.grid_sample(depth, rows, padding_mode="border", align_corners=False)
     return (found.view(len(start), -1, *size) - ahead[..., None, None]).clamp(-3, 3)

@@ -6,6 +6,8 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from . import constants
+
 MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 """Mean and standard deviation of colours for published ResNet-18 weights."""
 DECODED = (36, 64)
@@ -111,8 +113,8 @@ class SceneDecoder(nn.Module):
 
 def normalised(colours: torch.Tensor) -> torch.Tensor:
     """Return network inputs (B, 3, H, W) of colours (B, H, W, 3), uint8."""
-    mean = torch.tensor(MEAN, device=colours.device)
-    deviation = torch.tensor(DEVIATION, device=colours.device)
+    mean = constants.numbers(MEAN, colours.device)
+    deviation = constants.numbers(DEVIATION, colours.device)
     return ((colours.float() / 255 - mean) / deviation).permute(0, 3, 1, 2).contiguous()
 
 

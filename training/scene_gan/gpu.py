@@ -3,7 +3,7 @@
 python -m samp_blender.training.scene_gan.gpu --data train.bin --output OUT --seconds 560 --pretrain 130
     --run all --run csgn:width=256 --run height:width=256 [--test test.bin]
 
---data is a file written by data/packing.py. Each run is a separate process, since a single one is limited by the launch
+--data are files written by data/packing.py. Each run is a separate process, since a single one is limited by the launch
 of small kernels. The results are written to OUT as one archive in pieces of at most 16 MiB; `join` restores it:
 
 python -m samp_blender.training.scene_gan.gpu --join OUT --output FOLDER
@@ -100,14 +100,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--data", type=Path)
-    parser.add_argument("--test", type=Path)
+    parser.add_argument("--data", type=Path, nargs="+", help="files of packing.py, used together")
+    parser.add_argument("--test", type=Path, nargs="+")
     parser.add_argument("--join", type=Path, metavar="OUT")
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--seconds", type=float, default=560.0, help="duration of the program")
     parser.add_argument("--pretrain", type=float, default=130.0, help="seconds of it used for the encoders")
     parser.add_argument("--run", action="append", type=parse_run, default=[], metavar="ROW:KEY=VALUE,...")
     parser.add_argument("--batch", type=int, default=256)
+    parser.add_argument("--work", type=Path, help="folder to leave all files in, instead of an archive")
     parser.add_argument("--device", default="cuda")
     chosen = parser.parse_args(arguments)
     if chosen.join is not None:
@@ -120,12 +121,12 @@ def main(arguments: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
         sources = {"train": chosen.data} | ({"test": chosen.test} if chosen.test else {})
-        for split, path in sources.items():
+        for split, paths in sources.items():
             (scratch / split).mkdir()
-            for name, values in packing.unpack(path).items():
+            for name, values in packing.joined([packing.unpack(path, 12) for path in paths]).items():
                 np.save(scratch / split / f"{name}.npy", values)
         print(f"unpacked after {time.time() - began:.0f} s", flush=True)
-        work = scratch / "work"
+        work = chosen.work or scratch / "work"
         common = ["--data", str(scratch / "train"), "--device", chosen.device]
         encoders: dict[str, subprocess.Popen] = {}
         for row, changes in chosen.run:
@@ -154,7 +155,7 @@ def main(arguments: list[str] | None = None) -> int:
                      "--checkpoint", "120", "--report", "10", *flags]  # fmt: skip
             runs[name] = start("learning.train", work / name, common + extra)
         wait(runs, until)
-        for path in archive(work, chosen.output):
+        for path in archive(work, chosen.output) if chosen.work is None else ():
             print(f"{path.name}: {path.stat().st_size / 2**20:.1f} MiB", flush=True)
     print(f"done after {time.time() - began:.0f} s", flush=True)
     return 0

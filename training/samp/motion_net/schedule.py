@@ -20,7 +20,8 @@ class Schedule:
     held: count of the components of z that are constant during a rollout, its style; at most 16.
     most_frames: length of the longest rollouts, reached between longer_from and longer_to. average: decay of the
     averaged weights per ten steps. drifts: rollouts keep their own place in the world and learn to return to the
-    captured path (learning/drift.py).
+    captured path (learning/drift.py). sees_goal_frame: the trajectory is also given and predicted relative to the goal.
+    augmented: with mirror images and with every piece of furniture that is fitted to a capture, not only the first.
     """
 
     rate: float
@@ -38,6 +39,8 @@ class Schedule:
     longer_to: float = 0.6
     average: float = 0.98
     drifts: bool = True
+    sees_goal_frame: bool = True
+    augmented: bool = True
 
     def keep_truth(self, done: float) -> float:
         """Return the probability that the true state, not the prediction, is the next input."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from ....models.scene_gan import height_map, kinematics, scene_encoder
+from ....models.scene_gan import constants, height_map, kinematics, scene_encoder
 from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.start import Start
 from .units import HEIGHT_CELL, HEIGHT_UNIT, IDLE, NOTHING, ROOT_UNIT
@@ -59,10 +59,11 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.small["pairs"])
 
-    def sample(self, count: int, generator: torch.Generator) -> Batch:
-        """Return a random batch, with half of the windows mirrored on average."""
-        pairs = torch.randint(len(self), (count,), generator=generator)
-        mirrored = torch.rand(count, generator=generator) < 0.5
+    def sample(self, count: int, generator: torch.Generator | None) -> Batch:
+        """Return a random batch, with half of the windows mirrored on average. generator: None for the device's own."""
+        where = self.device if generator is None else generator.device
+        pairs = torch.randint(len(self), (count,), generator=generator, device=where)
+        mirrored = torch.rand(count, generator=generator, device=where) < 0.5
         return self.batch(pairs.to(self.device), mirrored.to(self.device))
 
     def batch(self, pairs: torch.Tensor, mirrored: torch.Tensor | None = None) -> Batch:
@@ -133,7 +134,7 @@ class Dataset:
         from ....models.scene_gan.projection import ASPECT, project
 
         place = project(start.root[:, None], start)[:, 0]
-        middle = torch.tensor([0.5, ASPECT / 2], device=self.device)
+        middle = constants.numbers((0.5, ASPECT / 2), self.device)
         return torch.round((middle - place) * self.width)
 
     def pictures(self, name: str, batch: Batch, step: int = 1) -> torch.Tensor:
@@ -222,8 +223,8 @@ def _mirrored(
     flags: torch.Tensor,
 ) -> tuple[torch.Tensor, ...]:  # fmt: skip
     """Return the arguments mirrored left to right where flags (B,) are set."""
-    swap = list(_MIRRORED)
-    sign = torch.tensor([-1.0, 1.0, 1.0], device=root.device)
+    swap = constants.indices(_MIRRORED, root.device)
+    sign = constants.numbers((-1.0, 1.0, 1.0), root.device)
     both = sign[:, None] * sign
     pick = lambda one, other: torch.where(flags.view(-1, *(1 for _ in one.shape[1:])), other, one)
     return (

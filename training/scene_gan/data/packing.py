@@ -153,6 +153,19 @@ def unpack(path: Path, threads: int = 4) -> dict[str, np.ndarray]:
     return {name: np.concatenate(values) for name, values in parts.items()}
 
 
+def joined(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return the concatenated arrays of several files, with indices counted over all of them."""
+    counts = lambda name: np.cumsum([0, *(len(part[name]) for part in parts)])[:-1]
+    pictures, windows, bodies, rooms = (counts(name) for name in ("depth", "root", "rest", "heights"))
+    out = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    moved = {
+        "pairs": [part["pairs"] + [p, w] for part, p, w in zip(parts, pictures, windows, strict=True)],
+        "body": [part["body"] + b for part, b in zip(parts, bodies, strict=True)],
+        "room_of_picture": [part["room_of_picture"] + r for part, r in zip(parts, rooms, strict=True)],
+    }
+    return out | {name: np.concatenate(values).astype(np.int32) for name, values in moved.items()}
+
+
 def thinned(arrays: dict[str, np.ndarray], share: float, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Return a random share of the pictures, with their pairs and windows."""
     count = len(arrays["depth"])

@@ -50,6 +50,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     made.add_argument("--threads", type=int, default=1, help="CPU threads")
     made.add_argument("--no-sheet", action="store_true")
+    made.add_argument("--no-graph", action="store_true", help="on a GPU: do not capture steps as a graph")
     return made
 
 
@@ -122,6 +123,8 @@ def main(arguments: list[str] | None = None) -> int:
     if not wanted.along:
         made.cache_features(chosen.work)
     run = Run(made, chosen.work, not chosen.no_sheet)
+    if chosen.device != "cpu" and not chosen.no_graph:
+        made.capture()
     print(f"{len(data)} pairs on {chosen.device}, ready after {time.time() - began:.0f} s", flush=True)
     end = began + chosen.seconds - SAVING[torch.device(chosen.device).type]
     reported = saved = time.time()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections import defaultdict
 from pathlib import Path
 
 import torch
@@ -17,6 +16,7 @@ from ..data.dataset import Batch, Dataset
 from . import losses
 from .options import Options
 
+WARM_UP = 3  # steps before the capture
 CLASSES = {
     "trajectory": judges.TrajectoryCritic,
     "pose": judges.PoseCritic,
@@ -37,8 +37,9 @@ class Trainer:
         torch.manual_seed(options.seed)
         self.data, self.options = data, options
         self.random = torch.Generator().manual_seed(options.seed)
-        # On a GPU, latents are drawn there, since drawing on the CPU takes as long as the rest of a step.
-        self.latents = self.random if data.device.type == "cpu" else None
+        on_gpu = data.device.type == "cuda"
+        # On a GPU, random numbers are drawn there: a captured step cannot copy any from the host.
+        self.draws = None if on_gpu else self.random
         self.networks = SceneGan(options.settings).to(data.device)
         if encoder is not None:
             self.networks.encoder.load_state_dict(encoder)
@@ -46,13 +47,16 @@ class Trainer:
         trained = [
             p for n, p in self.networks.named_parameters() if options.along or not n.startswith("encoder.")
         ]
-        adam = lambda values: torch.optim.Adam(values, options.rate, betas=(0.5, 0.999))
+        adam = lambda values: torch.optim.Adam(
+            values, options.rate, betas=(0.5, 0.999), fused=on_gpu or None, capturable=on_gpu
+        )
         self.generator_steps, self.critic_steps = adam(trained), adam(self.critics.parameters())
         self.average = {k: v.detach().clone() for k, v in self.networks.state_dict().items()}
         self.features: torch.Tensor | None = None
         self.step_number = 0
+        self.graph: torch.cuda.CUDAGraph | None = None
         self._sums: dict[str, torch.Tensor] = {}
-        self._counts: dict[str, int] = defaultdict(int)
+        self._averaged: list[tuple[torch.Tensor, torch.Tensor]] = []
 
     def _critic(self, name: str) -> nn.Module:
         sizes = self.options.settings.sizes
@@ -105,10 +109,10 @@ class Trainer:
         """Return generated windows for a batch, by the trained part."""
         if self.options.part == "trajectory":
             start, made = batch.start, self.networks.trajectory
-            velocities = made(made.latent.draw(len(start), self.latents), scene, start)
+            velocities = made(made.latent.draw(len(start), self.draws), scene, start)
             return Motions.of(start, velocities, start.six[:, None].expand(-1, 64, -1, -1))
         known = batch.motions.velocities if self.options.part == "pose" else None
-        return self.networks.draw(scene, batch.start, self.latents, known)
+        return self.networks.draw(scene, batch.start, self.draws, known)
 
     def _inputs(self, name: str, motions: Motions, batch: Batch) -> torch.Tensor:
         critic = self.critics[name]
@@ -118,10 +122,36 @@ class Trainer:
 
     def step(self) -> None:
         """Take one step of the generators after ``critic_steps`` of the critics."""
-        for _ in range(self.options.critic_steps):
-            self._train_critics(self.data.sample(self.options.batch, self.random))
-        self._train_generators(self.data.sample(self.options.batch, self.random))
+        if self.graph is None:
+            self._train()
+        else:
+            self.graph.replay()
+        self._average()
         self.step_number += 1
+
+    def capture(self) -> None:
+        """Record a step as a graph, which later steps replay. CUDA only; takes WARM_UP steps.
+
+        A step consists of thousands of small kernels, each of which takes longer to launch than to run.
+        """
+        stream = torch.cuda.Stream()
+        stream.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(stream):
+            for _ in range(WARM_UP):
+                self._train()
+            self.critic_steps.zero_grad(set_to_none=True)
+            self.generator_steps.zero_grad(set_to_none=True)
+        torch.cuda.current_stream().wait_stream(stream)
+        torch.cuda.synchronize()
+        graph = torch.cuda.CUDAGraph()
+        with torch.cuda.graph(graph):
+            self._train()
+        self.graph = graph
+
+    def _train(self) -> None:
+        for _ in range(self.options.critic_steps):
+            self._train_critics(self.data.sample(self.options.batch, self.draws))
+        self._train_generators(self.data.sample(self.options.batch, self.draws))
 
     def _train_critics(self, batch: Batch) -> None:
         with torch.no_grad():
@@ -131,7 +161,7 @@ class Trainer:
         for name, critic in self.critics.items():
             real, fake = self._inputs(name, batch.motions, batch), self._inputs(name, made, batch)
             judge = lambda x, critic=critic: critic(x, scene, batch.start)
-            share = torch.rand(len(real), generator=self.random).to(scene.device)
+            share = torch.rand(len(real), generator=self.draws, device=scene.device)
             apart = judge(real).mean() - judge(fake).mean()
             penalty = losses.gradient_penalty(judge, real, fake, share)
             total = total - apart + losses.PENALTY * penalty
@@ -158,28 +188,40 @@ class Trainer:
         self.generator_steps.zero_grad(set_to_none=True)
         total.backward()
         self.generator_steps.step()
-        self._average()
 
     @torch.no_grad()
     def _average(self) -> None:
         share = min(self.options.average, 1 - 1 / (self.step_number + 1))
-        for name, value in self.networks.state_dict().items():
-            if value.is_floating_point():
-                self.average[name].lerp_(value, 1 - share)
-            else:
-                self.average[name].copy_(value)
+        own, present = zip(*self._pairs, strict=True)
+        torch._foreach_lerp_(list(own), list(present), 1 - share)
+
+    @property
+    def _pairs(self) -> list[tuple[torch.Tensor, torch.Tensor]]:
+        """The averages and the present values of all weights that change."""
+        if not self._averaged:
+            self._averaged = [
+                (self.average[name], value)
+                for name, value in self.networks.state_dict().items()
+                if value.is_floating_point() and (self.options.along or not name.startswith("encoder."))
+            ]
+        return self._averaged
 
     def _note(self, name: str, value: torch.Tensor) -> None:
-        self._sums[name] = self._sums.get(name, 0) + value.detach()
-        self._counts[name] += 1
+        """Add a value to its sum, in place, because a captured step must change the same tensor."""
+        both = torch.stack([value.detach(), torch.ones_like(value)])
+        if name in self._sums:
+            self._sums[name] += both
+        else:
+            self._sums[name] = both
 
     def losses(self) -> dict[str, float]:
         """Return the means since the last call.
 
         These are distance and penalty of each critic, and errors, metres, against the true window of the same start.
         """
-        found = {name: float(value) / self._counts[name] for name, value in self._sums.items()}
-        self._sums, self._counts = {}, defaultdict(int)
+        found = {name: float(total / count) for name, (total, count) in self._sums.items()}
+        for both in self._sums.values():
+            both.zero_()
         return found
 
     def averaged(self) -> SceneGan:
@@ -204,7 +246,7 @@ class Trainer:
         state = torch.load(path, map_location=self.data.device, weights_only=True)
         self.networks.load_state_dict(state["networks"])
         self.critics.load_state_dict(state["critics"])
-        self.average = state["average"]
+        self.average, self._averaged = state["average"], []
         self.generator_steps.load_state_dict(state["generator_steps"])
         self.critic_steps.load_state_dict(state["critic_steps"])
         self.random.set_state(state["random"].cpu())

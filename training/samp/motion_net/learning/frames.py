@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,8 @@ class Frames:
     goal: (N, 2) x and z of the goal in force. pieces (S, K), -1 for none, their placements (S, K, 3), and
     choices (S,), the count of pieces. postures (S, 9) of the rests, in the order of POSTURE_NAMES.
     centres (P, 512, 3), occupancy (P, 512). starts: (M,) frames in which a rollout may start; until: (M,) their
-    cumulative probabilities. goal_grid: whether the grids are drawn around the goals.
+    cumulative probabilities. goal_grid: whether the grids are drawn around the goals. mirrored: whether the second half
+    of the sequences are mirror images of the first.
     """
 
     states: torch.Tensor
@@ -53,6 +54,7 @@ class Frames:
     starts: torch.Tensor
     until: torch.Tensor
     goal_grid: bool
+    mirrored: bool = False
 
     def __len__(self) -> int:
         return len(self.roots)
@@ -60,6 +62,16 @@ class Frames:
     @property
     def device(self) -> torch.device:
         return self.roots.device
+
+    def without_augmentation(self) -> Frames:
+        """Return the captures alone: no mirror images, and of each capture's furniture only the first piece."""
+        count = len(self.choices) // 2 if self.mirrored else len(self.choices)
+        own = self.sequence[self.starts] < count
+        share = torch.diff(self.until, prepend=self.until.new_zeros(1))[own]
+        return replace(
+            self, choices=torch.ones_like(self.choices), starts=self.starts[own],
+            until=share.cumsum(0) / share.sum(),
+        )  # fmt: skip
 
     def sample_starts(self, chance: torch.Tensor) -> torch.Tensor:
         """Return start frames (B,), balanced over the kinds. chance: (B,) uniform in 0 to 1, double precision."""
@@ -159,7 +171,7 @@ def build(raw: dict[str, np.ndarray], device: str, window: int) -> Frames:
         tensor("goal")[:, [0, 2]].clone(), on(pieces).long(), on(places).float(),
         on((pieces >= 0).sum(1).clip(1)), tensor("postures"), on(actions), styles.measure(states, lengths, actions),
         tensor("piece_centres"), tensor("piece_occupancy"), on(starts), on(until),
-        bool(raw["goal_grid"]),
+        bool(raw["goal_grid"]), bool(raw["mirrored"]),
     )  # fmt: skip
 
 

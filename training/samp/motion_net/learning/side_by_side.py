@@ -85,8 +85,18 @@ def parse_run(text: str) -> tuple[str, dict]:
     options: dict = DEFAULTS | {"batch": 2048, "seed": 0, "hidden": 512, "encoder": 0}
     for pair in filter(None, rest.split(",")):
         key, _, value = pair.partition("=")
-        options[key] = float(value) if "." in value or "e" in value else int(value)
+        options[key] = _number(value)
     return name, options
+
+
+def _number(text: str) -> int | float | str:
+    """Return an int or a float where the text is one, otherwise the text."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
 
 
 class Log:

@@ -21,7 +21,7 @@ WINDOW = 60  # frames of a rollout, L of section B.3
 LOSS_WEIGHTS = ((state.GOAL, 0.02), (state.FUTURE, 0.3), (state.GOAL_TRAJECTORY, 0.5))
 MIN_CHANGE_STD = 0.002  # smallest standard deviation of an output of the decoder
 ROBUST = 1.0  # standard deviations beyond which the loss is linear in the error
-BLIND = 1e4  # mean and standard deviation of the object's features are multiplied by this for the ablation
+BLIND = 1e4  # mean and standard deviation of what an ablation hides are multiplied by this
 MIN_STD = 0.02  # smallest standard deviation of an input: nearly constant ones must not be amplified to noise
 EMA_EVERY = 10
 RUN_TIME_NOISE = 0.1  # standard deviation, at run time, of the components of z that are drawn every frame
@@ -40,6 +40,7 @@ class Trainer:
 
     def __init__(self, frames: Frames, schedule: Schedule, batch: int, seed: int) -> None:
         torch.manual_seed(seed)
+        frames = frames if schedule.augmented else frames.without_augmentation()
         self.frames, self.schedule, self.device = frames, schedule, frames.device
         self.net = NETWORKS[schedule.network](schedule.hidden, POSTURES).to(self.device)
         self.net.held.fill_(schedule.held)
@@ -57,6 +58,8 @@ class Trainer:
         self.weights = torch.ones(state.SIZE, device=self.device)
         for part, weight in LOSS_WEIGHTS:
             self.weights[part] = weight
+        if not schedule.sees_goal_frame:
+            self.weights[state.GOAL_TRAJECTORY] = 0.0
         self.sums = torch.zeros(3, device=self.device)
         self.step_number, self.summed = 0, 0
         self.graph: torch.cuda.CUDAGraph | None = None
@@ -85,7 +88,11 @@ class Trainer:
             floor = {"object": 1e-4, "input": MIN_STD, "target": MIN_CHANGE_STD}[name]
             std = torch.where(std < 1e-5, torch.ones_like(std), std.clamp(min=floor))
             # With these, the normalised features of all objects are nearly equal, in training and at run time.
-            factor = BLIND if name == "object" and not self.schedule.sees_object else 1.0
+            factor = torch.ones_like(std)
+            if name == "object" and not self.schedule.sees_object:
+                factor[:] = BLIND
+            if name == "input" and not self.schedule.sees_goal_frame:
+                factor[state.GOAL_TRAJECTORY] = BLIND
             mean, std = values.mean(0) * factor, std * factor
             if name == "object":
                 mean[OBJECT:], std[OBJECT:] = 0.0, 1.0
