@@ -1,0 +1,52 @@
+"""The shipped MotionNet without finishing: worse weights fail here, however well their takes are finished.
+
+Four rooms, three seeds each, on held-out pieces that the repository has. Limits are the values measured when the
+weights were made, with a margin of about a third.
+"""
+
+import pytest
+from samp_blender.samp_addon.evaluation import feet, metrics, posture
+from samp_blender.training import furniture
+from samp_blender.training.evaluation import stages
+from samp_blender.training.evaluation.takes import held_out_seats, jobs_of
+
+ROOMS, TAKES = 4, 3
+
+LIMITS = {
+    "network": {
+        "success": (0.3, 1.0),
+        "position_error_cm": (0.0, 40.0),
+        "rotation_error_deg": (0.0, 25.0),
+        "walk_knee_deg": (0.0, 32.0),
+    },
+    "guided": {
+        "success": (0.9, 1.0),
+        "position_error_cm": (0.0, 9.0),
+        "rotation_error_deg": (0.0, 8.0),
+        "walk_knee_deg": (0.0, 32.0),
+        "stance_slide_cm_s": (0.0, 5.0),
+    },
+}
+CASES = [(stage, key) for stage, limits in LIMITS.items() for key in limits]
+
+
+def measures(take, view):
+    return (
+        metrics.goal_measures(take.motion, take.goal)
+        | posture.measures(take.motion)
+        | feet.measures(take.motion, take.floor)
+    )
+
+
+@pytest.fixture(scope="module")
+def found():
+    pieces = held_out_seats(furniture.library.SHIPPED_FOLDER, "sit")
+    jobs = jobs_of("sit", ROOMS, TAKES, pieces)
+    return {stage: stages.run(jobs, stage, measures=measures) for stage in LIMITS}
+
+
+@pytest.mark.parametrize(("stage", "key"), CASES)
+def test_the_raw_network_is_as_good_as_when_it_was_made(found, stage, key):
+    low, high = LIMITS[stage][key]
+    mean = found[stage].estimate(key).mean
+    assert low <= mean <= high, f"{stage}: {key} is {mean:.2f}, not within {low} to {high}"
