@@ -4,6 +4,8 @@ Four rooms, three seeds each, on held-out pieces that the repository has. Limits
 weights were made, with a margin of about a third.
 """
 
+import statistics
+
 import pytest
 from samp_blender.samp_addon.evaluation import feet, metrics, posture
 from samp_blender.training import furniture
@@ -14,17 +16,17 @@ ROOMS, TAKES = 4, 3
 
 LIMITS = {
     "network": {
-        "success": (0.3, 1.0),
-        "position_error_cm": (0.0, 40.0),
-        "rotation_error_deg": (0.0, 25.0),
-        "walk_knee_deg": (0.0, 32.0),
+        "success": (0.45, 1.0),
+        "position_error_cm": (0.0, 18.0),
+        "rotation_error_deg": (0.0, 23.0),
+        "walk_knee_deg": (0.0, 28.0),
     },
     "guided": {
         "success": (0.9, 1.0),
-        "position_error_cm": (0.0, 9.0),
-        "rotation_error_deg": (0.0, 8.0),
-        "walk_knee_deg": (0.0, 32.0),
-        "stance_slide_cm_s": (0.0, 5.0),
+        "position_error_cm": (0.0, 8.5),
+        "rotation_error_deg": (0.0, 13.0),
+        "walk_knee_deg": (0.0, 30.0),
+        "stance_slide_cm_s": (0.0, 10.0),
     },
 }
 CASES = [(stage, key) for stage, limits in LIMITS.items() for key in limits]
@@ -48,5 +50,7 @@ def found():
 @pytest.mark.parametrize(("stage", "key"), CASES)
 def test_the_raw_network_is_as_good_as_when_it_was_made(found, stage, key):
     low, high = LIMITS[stage][key]
-    mean = found[stage].estimate(key).mean
-    assert low <= mean <= high, f"{stage}: {key} is {mean:.2f}, not within {low} to {high}"
+    values = [float(numbers[key]) for numbers in found[stage].numbers if numbers.get(key) is not None]
+    # One body that walks past its seat would outweigh all others in a mean of errors; it counts in the success.
+    value = statistics.mean(values) if key == "success" else statistics.median(values)
+    assert low <= value <= high, f"{stage}: {key} is {value:.2f}, not within {low} to {high}"
