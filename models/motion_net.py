@@ -117,7 +117,7 @@ class MotionNet(nn.Module):
 
     postures: 0 or POSTURES, the number of inputs after the object's features that describe the posture of the rest.
     With them, posture_rows (32, 9) and posture_shares (32,) are the combinations in the training data, of zeros and
-    ones, and their shares among sits and among lies.
+    ones, and their shares among sits and among lies; style_postures are the postures of the captured styles.
     """
 
     def __init__(self, hidden: int = HIDDEN, postures: int = 0) -> None:
@@ -142,6 +142,7 @@ class MotionNet(nn.Module):
         if postures:
             self.register_buffer("posture_rows", torch.zeros(POSTURE_ROWS, postures))
             self.register_buffer("posture_shares", torch.zeros(POSTURE_ROWS))
+            self.register_buffer("style_postures", torch.zeros(state.ACTIONS, STYLES, postures))
 
     def drop_encoder(self) -> None:
         """Remove the encoder, which is only needed for training and not shipped; `encode` fails afterwards."""

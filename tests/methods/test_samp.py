@@ -42,7 +42,7 @@ def test_most_takes_sit_on_their_goal(takes):
     assert len(good) >= 6, [str(take) for take in takes if not isinstance(take, Motion)]
     for take in good:
         goal = sit(0).goal
-        assert metrics.position_error(take, goal) < 5 and metrics.rotation_error(take, goal) < 5
+        assert metrics.position_error(take, goal) < 5 and metrics.rotation_error(take, goal) < 8
         assert 0 < take.interaction_start < len(take)
         assert np.isfinite(take.root).all() and np.isfinite(take.rotations).all()
 
@@ -93,7 +93,7 @@ def test_most_takes_lie_down_on_their_goal():
     good = [take for take in takes if isinstance(take, Motion)]
     assert len(good) >= 4, [str(take) for take in takes if not isinstance(take, Motion)]
     for take in good:
-        assert metrics.position_error(take, goal) < 5 and metrics.rotation_error(take, goal) < 5
+        assert metrics.position_error(take, goal) < 5 and metrics.rotation_error(take, goal) < 8
         joints, _ = take.forward_kinematics()
         last = joints[-1]
         assert np.ptp(last[[0, 12, 15], 1]) < 0.35, "pelvis, neck and head are nearly level"

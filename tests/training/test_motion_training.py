@@ -200,6 +200,18 @@ def test_held_components_are_drawn_from_styles_of_the_action(data):
         assert torch.isclose(codes[action, :, :8], held).all(-1).any()
 
 
+def test_a_style_is_drawn_among_those_of_the_posture(data):
+    net = trainer(data, held=8).net.eval()
+    net.style_codes[3] = torch.arange(128.0)[:, None]
+    net.style_postures[3, :5, 1] = 1.0
+    wanted = torch.zeros(40, 9)
+    wanted[:, 1] = 0.9
+    starts = [Start.standing(0.93, np.zeros((22, 4)) + [1.0, 0, 0, 0], np.zeros(3))] * 40
+    shown = (torch.zeros(40, 512, 3), torch.zeros(40, 512), list(range(40)))
+    run = Rollout(net, starts, *shown, torch.full((40, 1), 0.1), torch.full((40,), 3), wanted)
+    assert set(run.held_z[:, 0].round().tolist()) == {0.0, 1.0, 2.0, 3.0, 4.0}
+
+
 def test_styles_tell_people_apart_and_not_actions():
     """Twelve walks and twelve runs of three people, who hold an elbow at different heights."""
     lengths, person = np.full(24, 40), np.tile([0.0, 0.1, 0.2], 8)

@@ -74,8 +74,10 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
             raise weights.missing_tensor(error.args[0], path) from error
         net.drop_encoder()
         # Weights of earlier trainings may lack these.
-        for name in ("held", "goal_grid", "style_codes"):
-            tensors.setdefault(name, torch.zeros_like(getattr(net, name)))
+        own = net.state_dict()
+        for name in ("held", "goal_grid", "style_codes", "style_postures"):
+            if name in own:
+                tensors.setdefault(name, torch.zeros_like(own[name]))
         weights.fill(net, tensors, path)
         return MotionNetwork(net.eval(), start_heights.float(), start_rotations.float())
 

@@ -21,7 +21,7 @@ LEAST_AREA = {"lean_back": 0.02, "hands_on_armrests": 0.008, "hands_on_table": 0
 REGIONS = {
     "lean_back": (((-0.2, 0.12, -0.34), (0.2, 0.55, -0.06)),),
     "hands_on_armrests": (((0.2, -0.08, -0.1), (0.46, 0.2, 0.26)), ((-0.46, -0.08, -0.1), (-0.2, 0.2, 0.26))),
-    "hands_on_table": (((-0.35, -0.02, 0.2), (0.35, 0.32, 0.62)),),
+    "hands_on_table": (((-0.18, -0.02, 0.2), (0.18, 0.32, 0.62)),),
     "half_sitting": (((-0.25, 0.12, -0.75), (0.25, 0.6, -0.2)),),
 }
 """Lowest and highest corner of where the surfaces lie: left, up and forward of the pelvis at the goal."""

@@ -66,7 +66,7 @@ def main() -> None:
     parser.add_argument("--last", action="store_true", help="the last weights, not their running average")
     options = parser.parse_args()
     body = torch.load(options.work / "checkpoint.pt", map_location="cpu", weights_only=True)
-    buffers = ("input_", "target_", "object_", "posture_", "held", "goal_grid", "style_codes")
+    buffers = ("input_", "target_", "object_", "posture_", "held", "goal_grid", "style_")
     tensors = {k: v for k, v in body["net"].items() if k.startswith(buffers)}
     learnt = body["net" if options.last else "average"]
     tensors |= {k: v for k, v in learnt.items() if k.startswith("decoder.")}

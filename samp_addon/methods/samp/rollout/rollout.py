@@ -21,6 +21,8 @@ FUTURE = state.SAMPLES - state.NOW - 1
 # Standard deviation, in training, of the components of z that are drawn every frame. Those held for a whole take have
 # 1 there, so that they are scaled by the style relative to this.
 FRAME_NOISE = 0.1
+# Sum of the differences between shares of postures up to which a style fits a take as well as the best one.
+POSTURE_TOLERANCE = 0.5
 GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
@@ -148,12 +150,22 @@ class Rollout:
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
 
     def _draw_held(self, actions: torch.Tensor) -> torch.Tensor:
-        """Return the held components of z (B, held): codes of real motion of the actions (B,), or N(0, 1) without."""
+        """Return the held components of z (B, held): codes of real motion of the actions (B,), or N(0, 1) without.
+
+        A code is drawn among those of people who rested in a take's posture, or in the one most like it: the code says
+        how a body rests as well, and against it a posture is hardly seen.
+        """
         held, codes = int(self.net.held), self.net.style_codes
         if not bool(codes.any()):
             return self._noise(held)
-        rows = [int(torch.randint(codes.shape[1], (), generator=g)) for g in self.generators]
-        return codes[actions, torch.tensor(rows), :held]
+        drawn = []
+        for action, posture, generator in zip(actions, self.postures, self.generators, strict=True):
+            apart = torch.zeros(codes.shape[1])
+            if bool(posture.any()):
+                apart = (self.net.style_postures[action].float() - posture).abs().sum(-1)
+            fitting = torch.nonzero(apart <= apart.min() + POSTURE_TOLERANCE)[:, 0]
+            drawn.append(codes[action, fitting[torch.randint(len(fitting), (), generator=generator)], :held])
+        return torch.stack(drawn)
 
     def _noise(self, count: int) -> torch.Tensor:
         """Return normal random numbers (B, count), drawn from the generator of each take."""

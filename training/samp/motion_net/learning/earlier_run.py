@@ -9,7 +9,7 @@ import torch
 from .....models import weights
 from .....models.motion_net import MotionNet
 
-OWN = ("posture_", "goal_grid", "style_codes")  # names of buffers that come from the new training data
+OWN = ("posture_", "goal_grid", "style_")  # names of buffers that come from the new training data
 OBJECT = (
     "object_",
     "interaction_encoder.",
@@ -20,9 +20,9 @@ OBJECT = (
 def load(net: MotionNet, path: Path) -> None:
     """Load averaged weights and normalisation: from a checkpoint, or from a folder of exported weights.
 
-    The folder has motion_net.safetensors and encoder.safetensors. A network from weights without postures ignores them
-    at first, and one from weights with another kind of grid ignores the object. Raises WeightsError where the weights
-    do not fit.
+    The folder has encoder.safetensors and motion_net.safetensors; without the latter, the shipped weights are meant. A
+    network from weights without postures ignores them at first, and one from weights with another kind of grid ignores
+    the object. Raises WeightsError where the weights do not fit.
     """
     own = net.state_dict()
     tensors = {name: value for name, value in _tensors(path).items() if not name.startswith("start_")}
@@ -41,7 +41,8 @@ def load(net: MotionNet, path: Path) -> None:
 
 def _tensors(path: Path) -> dict[str, torch.Tensor]:
     if path.is_dir():
-        return weights.load_weights("motion_net", path) | weights.load_weights("encoder", path)
+        own = path if weights.weights_path("motion_net", path).exists() else None
+        return weights.load_weights("motion_net", own) | weights.load_weights("encoder", path)
     body = torch.load(path, map_location="cpu", weights_only=True)
     return {**body["net"], **body["average"]}
 

@@ -86,11 +86,11 @@ class Frames:
         """Return horizontal distances (B,), metres, from roots (B, 3) to the goals or edges of beds of frames (B,)."""
         return (roots[:, :2] - self.goal[frames]).norm(dim=-1) - BED_HALF * self.lying_goal[frames]
 
-    def sample_styles(self, action: int, count: int) -> torch.Tensor:
-        """Return the styles (K, 16) of random sequences of an action; none where there are no such sequences."""
+    def sample_styles(self, action: int, count: int) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return styles (K, 16) and postures (K, 9) of random sequences of an action; none where there are none."""
         fits = torch.nonzero(self.actions == action)[:, 0]
         chosen = fits[torch.randint(len(fits), (count,), device=self.device)] if len(fits) else fits
-        return self.styles[chosen]
+        return self.styles[chosen], self.postures[chosen]
 
     def object_features(
         self, frames: torch.Tensor, roots: torch.Tensor, choice: torch.Tensor, shown: torch.Tensor

@@ -229,9 +229,10 @@ class Trainer:
         """Store styles of captured motion in the network, from which held components of z are drawn at run time."""
         held = self.schedule.held
         for action in range(len(self.net.style_codes)):
-            chosen = self.frames.sample_styles(action, STYLES)
+            chosen, postures = self.frames.sample_styles(action, STYLES)
             if held and len(chosen):
                 self.net.style_codes[action, :, :held] = chosen[:, :held]
+                self.net.style_postures[action] = postures
 
     def exported(self) -> dict[str, torch.Tensor]:
         """Return the averaged decoder, the normalisation and the codes of styles, for models/weights.py."""
@@ -270,7 +271,8 @@ class Trainer:
         """Continue from a checkpoint."""
         body = torch.load(path, map_location=self.device, weights_only=True)
         # Checkpoints of earlier versions have no codes of styles.
-        self.net.load_state_dict({"style_codes": self.net.style_codes} | body["net"])
+        own = {k: v for k, v in self.net.state_dict().items() if k.startswith("style_")}
+        self.net.load_state_dict(own | body["net"])
         self.optimiser.load_state_dict(body["optimiser"])
         self.average, self.step_number = body["average"], body["step"]
 
