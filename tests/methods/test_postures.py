@@ -95,6 +95,18 @@ def test_what_is_drawn(action, places, possible):
         assert 0.55 < np.mean([names == ("lean_back",) for names in draws]) < 0.78
 
 
+@pytest.mark.parametrize(
+    "wanted, drawn",
+    [
+        (["hands_on_lap"], {("upright", "hands_on_lap")}),  # the trunk is drawn
+        (["lean_back"], {("lean_back",)}),  # also where there is nothing to lean on
+        (["legs_crossed"], {("legs_crossed",)}),  # nobody did in these data
+    ],
+)
+def test_what_is_left_open_is_drawn(wanted, drawn):
+    assert {postures.drawn(SHARES, "sit", [], seed, wanted) for seed in range(40)} == drawn
+
+
 def network():
     """Return an untrained network that knows postures, all of them leaning back in its data."""
     torch.manual_seed(0)

@@ -44,20 +44,25 @@ def of_action(names: Sequence[str], action: str) -> tuple[str, ...]:
 
 
 def drawn(
-    shares: Sequence[tuple[Collection[str], float]], action: str, places: Collection[str], seed: int
-) -> tuple[str, ...]:
+    shares: Sequence[tuple[Collection[str], float]], action: str, places: Collection[str], seed: int,
+    wanted: Sequence[str] = (),
+) -> tuple[str, ...]:  # fmt: skip
     """Return a combination of postures for an action, drawn by its share among those that have a place.
 
-    shares: combinations and how common each is. places: those of NEEDS_PLACE for which there is one.
+    shares: combinations and how common each is. places: those of NEEDS_PLACE for which there is one. wanted: postures
+    that the combination contains, with a place or without; alone, where no combination has them all.
     """
-    missing = set(NEEDS_PLACE) - set(places)
+    missing = set(NEEDS_PLACE) - set(places) - set(wanted)
     fitting = [
         (names, share)
         for names, share in shares
-        if share > 0 and names and set(names) <= set(POSTURES.get(action, ())) and not missing & set(names)
+        if share > 0
+        and names
+        and set(wanted) <= set(names) <= set(POSTURES.get(action, ()))
+        and not missing & set(names)
     ]
     if not fitting:
-        return ()
+        return tuple(wanted)
     # Another stream than the rollout's, which has the same seed.
     choice = Random(f"posture {seed}").choices(
         [names for names, _ in fitting], [share for _, share in fitting]

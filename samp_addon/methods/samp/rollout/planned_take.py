@@ -86,14 +86,14 @@ def _latent_seed(request: Request) -> int:
 
 
 def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
-    """Return the posture of the rest: the artist's, or one drawn as in the training data."""
-    if request.posture or not net.postures or request.action not in SEATED:
+    """Return the posture of the rest: the artist's, with what it leaves open drawn as in the training data."""
+    if not net.postures or request.action not in SEATED:
         return request.posture
     shares = [
         (tuple(name for name, is_so in zip(POSTURE_NAMES, row, strict=True) if is_so), share)
         for row, share in zip(net.posture_rows.tolist(), net.posture_shares.tolist(), strict=True)
     ]
-    return postures.drawn(shares, request.action, request.posture_places(), request.seed)
+    return postures.drawn(shares, request.action, request.posture_places(), request.seed, request.posture)
 
 
 def _plan(request: Request, points: np.ndarray | None, true_goals: bool) -> PlannedTake:
