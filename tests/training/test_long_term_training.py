@@ -192,6 +192,13 @@ def test_a_training_goes_on_from_its_checkpoint(data, tmp_path):
     assert weights.weights_path("long_term_prior", tmp_path).exists()
 
 
+def test_a_training_begins_with_the_weights_of_another(packed, work, tmp_path):
+    train.main(["--data", str(packed), "--work", str(tmp_path), "--cpu", "--batch", "3", "--steps", "1",
+                "--stages", "prior", "--begin", str(work), "--rate", "1e-9"])  # fmt: skip
+    old, new = (weights.load_weights("long_term_prior", folder) for folder in (work, tmp_path))
+    assert all(torch.allclose(value.float(), new[name].float(), atol=2e-3) for name, value in old.items())
+
+
 def test_the_archive_in_pieces(work, tmp_path, monkeypatch):
     monkeypatch.setattr(side_by_side, "MOST", 2**20)
     assert side_by_side.archive(work, tmp_path) > 2

@@ -134,6 +134,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
+        "--begin", type=Path, help="folder with weights of another training, to go on from them"
+    )
+    parser.add_argument("--rate", type=float, help="learning rate at the start (default: 0.001)")
+    parser.add_argument(
         "--wait", type=float, default=0.0, help="seconds to wait for weights of other programs"
     )
     parser.add_argument("--cpu", action="store_true")
@@ -157,6 +161,9 @@ def main(arguments: list[str] | None = None) -> None:
             log(f"{stage} is already trained")
             continue
         learner = made.learner(stage)
+        if options.begin:
+            learner.begin_with(options.begin)
+        learner.rate = options.rate or learner.rate
         seconds = options.until - time.time() if options.until and stage == options.stages[-1] else planned
         run(learner, options.work, seconds, options.steps, log)
 

@@ -73,6 +73,13 @@ class Learner(ABC):
             "step": self.step_number,
         }  # fmt: skip
 
+    def begin_with(self, folder: Path) -> None:
+        """Load the network's weights of another training from a folder. Raise WeightsError where they do not fit."""
+        tensors = weights.load_weights(self.name, folder)
+        full = {k: v.float() if v.is_floating_point() else v for k, v in tensors.items()}
+        weights.fill(self.net, full, weights.weights_path(self.name, folder))
+        self.average = {k: v.detach().clone() for k, v in self.net.state_dict().items()}
+
     def resume(self, state: dict) -> None:
         """Resume from a checkpoint."""
         self.net.load_state_dict(state["net"])
