@@ -100,7 +100,7 @@ def test_what_is_drawn(action, places, possible):
     [
         (["hands_on_lap"], {("upright", "hands_on_lap")}),  # the trunk is drawn
         (["lean_back"], {("lean_back",)}),  # also where there is nothing to lean on
-        (["legs_crossed"], {("legs_crossed",)}),  # nobody did in these data
+        (["legs_crossed"], {("legs_crossed",)}),  # no combination has it
     ],
 )
 def test_what_is_left_open_is_drawn(wanted, drawn):

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...rooms.corpus import store
 from ...rooms.make import split_of
-from . import heights, room_pictures, room_windows
+from . import heights, packing, room_pictures, room_windows
 from .units import ROOT_UNIT
 
 WINDOWS = 250  # random windows of a room
@@ -66,22 +66,8 @@ def of_room(
 
 def joined(rooms: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the concatenated arrays of rooms, with indices counted over all of them, and room_of_picture."""
-    out = {
-        name: np.concatenate([room[name] for room in rooms])
-        for name in rooms[0]
-        if name not in ("pairs", "body")
-    }
-    counts = lambda name: np.cumsum([0, *(len(room[name]) for room in rooms)])[:-1]
-    pictures, windows, bodies = counts("depth"), counts("root"), counts("rest")
-    out["pairs"] = np.concatenate(
-        [r["pairs"] + [p, w] for r, p, w in zip(rooms, pictures, windows, strict=True)]
-    )
-    out["pairs"] = out["pairs"].astype(np.int32)
-    out["body"] = np.concatenate([r["body"] + b for r, b in zip(rooms, bodies, strict=True)]).astype(np.int32)
-    out["room_of_picture"] = np.repeat(np.arange(len(rooms)), [len(r["depth"]) for r in rooms]).astype(
-        np.int32
-    )
-    return out
+    first = lambda room: {"room_of_picture": np.zeros(len(room["depth"]), np.int32)}
+    return packing.joined([room | first(room) for room in rooms])
 
 
 def write(folder: Path, arrays: dict[str, np.ndarray], notes: dict) -> None:

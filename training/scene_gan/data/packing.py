@@ -154,7 +154,7 @@ def unpack(path: Path, threads: int = 4) -> dict[str, np.ndarray]:
 
 
 def joined(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the concatenated arrays of several files, with indices counted over all of them."""
+    """Return the concatenated arrays of several files or rooms, with indices counted over all of them."""
     counts = lambda name: np.cumsum([0, *(len(part[name]) for part in parts)])[:-1]
     pictures, windows, bodies, rooms = (counts(name) for name in ("depth", "root", "rest", "heights"))
     out = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

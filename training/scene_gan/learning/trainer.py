@@ -12,6 +12,7 @@ from ....models.scene_gan import critics as judges
 from ....models.scene_gan.networks import STANDING, SceneGan
 from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.scene_encoder import SceneEncoder
+from ... import cuda_graph
 from ..data.dataset import Batch, Dataset
 from . import losses
 from .options import Options
@@ -130,23 +131,8 @@ class Trainer:
         self.step_number += 1
 
     def capture(self) -> None:
-        """Record a step as a graph, which later steps replay. CUDA only; takes WARM_UP steps.
-
-        A step consists of thousands of small kernels, each of which takes longer to launch than to run.
-        """
-        stream = torch.cuda.Stream()
-        stream.wait_stream(torch.cuda.current_stream())
-        with torch.cuda.stream(stream):
-            for _ in range(WARM_UP):
-                self._train()
-            self.critic_steps.zero_grad(set_to_none=True)
-            self.generator_steps.zero_grad(set_to_none=True)
-        torch.cuda.current_stream().wait_stream(stream)
-        torch.cuda.synchronize()
-        graph = torch.cuda.CUDAGraph()
-        with torch.cuda.graph(graph):
-            self._train()
-        self.graph = graph
+        """Record a step as a graph, which later steps replay. CUDA only; takes WARM_UP steps."""
+        self.graph = cuda_graph.recorded(self._train, (self.critic_steps, self.generator_steps), WARM_UP)
 
     def _train(self) -> None:
         for _ in range(self.options.critic_steps):

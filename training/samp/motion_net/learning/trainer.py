@@ -10,6 +10,7 @@ from torch.nn import functional
 from .....models import state
 from .....models.baselines import NETWORKS
 from .....models.motion_net import EXTRAPOLATED_SHARE, LATENT, OBJECT, POSTURE_ROWS, POSTURES, STYLES
+from .... import cuda_graph
 from ..schedule import Schedule
 from . import drift, earlier_run
 from .frames import Frames
@@ -133,23 +134,9 @@ class Trainer:
         self._advance_rollouts = torch.compile(self._advance_rollouts, dynamic=False)
 
     def capture(self) -> None:
-        """Record a step as a graph, which later steps replay. CUDA only.
-
-        A step consists of hundreds of small kernels, each of which takes longer to launch than to run.
-        """
-        stream = torch.cuda.Stream()
-        stream.wait_stream(torch.cuda.current_stream())
-        with torch.cuda.stream(stream):
-            self._set_progress(0.0)
-            for _ in range(WARM_UP):
-                self._advance()
-            self.optimiser.zero_grad(set_to_none=True)
-        torch.cuda.current_stream().wait_stream(stream)
-        torch.cuda.synchronize()
-        graph = torch.cuda.CUDAGraph()
-        with torch.cuda.graph(graph):
-            self._advance()
-        self.graph = graph
+        """Record a step as a graph, which later steps replay. CUDA only."""
+        self._set_progress(0.0)
+        self.graph = cuda_graph.recorded(self._advance, (self.optimiser,), WARM_UP)
 
     def _advance(self) -> None:
         """Compute loss, gradient, optimiser step and the next inputs, without reading any value on the host."""
