@@ -42,15 +42,34 @@ class GraphConv(nn.Module):
         self, inputs: int, outputs: int, source: int, target: int, kernel: int = 3, padding: int | None = None
     ) -> None:
         super().__init__()
-        self.register_buffer("links", joint_graph.links(source, target), persistent=False)
-        self.mix = nn.Conv2d(inputs, len(self.links) * outputs, 1, bias=False)
+        links = joint_graph.links(source, target)
+        # Channels and joints can be mixed in either order; the smaller intermediate is the faster one.
+        self.joints_first = inputs * target <= outputs * source
+        self.outputs, kinds = outputs, len(links)
+        if self.joints_first:
+            rows, self.mix = links.flatten(0, 1), nn.Conv2d(inputs * kinds, outputs, 1, bias=False)
+        else:
+            rows, self.mix = (
+                links.transpose(0, 1).flatten(1),
+                nn.Conv2d(inputs, outputs * kinds, 1, bias=False),
+            )
+        self.register_buffer("links", rows, persistent=False)
         padding = kernel // 2 if padding is None else padding
         self.over_time = nn.Conv2d(outputs, outputs, (1, kernel), padding=(0, padding))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        batch, _, joints, time = x.shape
-        mixed = self.mix(x).view(batch, len(self.links), -1, joints, time)
-        return self.over_time(torch.einsum("bkcjt,kij->bcit", mixed, self.links))
+        batch, channels, _, time = x.shape
+        if not self.joints_first:
+            mixed = self.mix(x).view(batch * self.outputs, -1, time)
+            return self.over_time(self._linked(mixed).view(batch, self.outputs, -1, time))
+        linked = self._linked(x.reshape(batch * channels, -1, time))
+        # Both convolutions as one: there is no activation between them.
+        weight = torch.einsum("oqzk,qczr->oczk", self.over_time.weight, self.mix.weight)
+        linked = linked.view(batch, self.mix.in_channels, -1, time)
+        return functional.conv2d(linked, weight, self.over_time.bias, padding=self.over_time.padding)
+
+    def _linked(self, x: torch.Tensor) -> torch.Tensor:
+        return torch.bmm(self.links.expand(len(x), -1, -1), x)
 
 
 def activate(x: torch.Tensor) -> torch.Tensor:

@@ -59,6 +59,16 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.small["pairs"])
 
+    def keep(self, count: int, seed: int = 0) -> None:
+        """Keep ``count`` random pairs, with as many different windows as there are."""
+        pairs = self.small["pairs"].cpu()
+        order = torch.randperm(len(pairs), generator=torch.Generator().manual_seed(seed))
+        windows = pairs[order, 1].numpy()
+        repeats = np.ones(len(windows), bool)
+        repeats[np.unique(windows, return_index=True)[1]] = False
+        chosen = order[np.argsort(repeats, kind="stable")[:count]]
+        self.small["pairs"] = pairs[chosen.sort().values].to(self.device)
+
     def sample(self, count: int, generator: torch.Generator | None) -> Batch:
         """Return a random batch, with half of the windows mirrored on average. generator: None for the device's own."""
         where = self.device if generator is None else generator.device

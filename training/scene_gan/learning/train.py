@@ -37,11 +37,19 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--encoder", type=Path, help="folder written by pretrain.py (default: a random encoder)"
     )
+    made.add_argument(
+        "--begin",
+        type=Path,
+        nargs="+",
+        default=[],
+        help="folders of trainings to begin with, e.g. of each part",
+    )
     made.add_argument("--seconds", type=float, required=True, help="duration of the program")
     made.add_argument("--part", choices=options.PARTS)
     made.add_argument("--view", choices=networks.VIEWS, help="view of the scene that the networks see")
     for name in ("batch", "critic-steps", "width", "noise", "pose-noise", "encoder-width", "seed"):
         made.add_argument(f"--{name}", type=int)
+    made.add_argument("--pairs", type=int, help="use so many pairs of windows and pictures (default: all)")
     made.add_argument("--rate", type=float)
     made.add_argument("--average", type=float)
     made.add_argument("--along", action="store_true", default=None, help="train the encoder as well")
@@ -114,12 +122,17 @@ def main(arguments: list[str] | None = None) -> int:
     chosen.work.mkdir(parents=True, exist_ok=True)
     (chosen.work / "options.json").write_text(json.dumps(asdict(wanted), indent=1) + "\n")
     data = dataset.load(chosen.data, chosen.device, resident=chosen.device != "cpu")
+    if chosen.pairs is not None:
+        data.keep(chosen.pairs)
     encoder = None if chosen.encoder is None else load_encoder(chosen.encoder, wanted.settings)
     made = Trainer(data, wanted, encoder)
     made.keep_standing()
     if (chosen.work / STATE).exists():
         made.resume(chosen.work / STATE)
         print(f"resumes at step {made.step_number}", flush=True)
+    else:
+        for folder in chosen.begin:
+            made.begin(folder / STATE, json.loads((folder / "options.json").read_text())["part"])
     if not wanted.along:
         made.cache_features(chosen.work)
     run = Run(made, chosen.work, not chosen.no_sheet)

@@ -74,6 +74,7 @@ class Trainer:
             self.features = torch.load(path, map_location=self.data.device, weights_only=True)
             return
         self.networks.eval()
+        self.networks.encoder.to(memory_format=torch.channels_last)  # faster on a CPU
         made = []
         for mirrored in (False, True):
             for first in range(0, len(self.data), size):
@@ -226,6 +227,24 @@ class Trainer:
         part = path.with_suffix(".part")
         torch.save(state, part)
         part.replace(path)
+
+    def begin(self, path: Path, part: str) -> None:
+        """Take generators and critics from the state of another training, of a part of options.PARTS.
+
+        Critics that only one of the trainings has are left as they are.
+        """
+        state = torch.load(path, map_location=self.data.device, weights_only=True)
+        generators = ("trajectory.", "pose.", "joint.") if part == "all" else (f"{part}.",)
+        own = {k: v for k, v in state["networks"].items() if k.startswith(generators)}
+        self.networks.load_state_dict(self.networks.state_dict() | own)
+        for name, critic in self.critics.items():
+            kept = {
+                k.removeprefix(f"{name}."): v for k, v in state["critics"].items() if k.startswith(f"{name}.")
+            }
+            if kept:
+                critic.load_state_dict(kept)
+        averaged = {k: v for k, v in state["average"].items() if k in own}
+        self.average, self._averaged = self.average | averaged, []
 
     def resume(self, path: Path) -> None:
         """Resume from a state written by `save`."""
