@@ -124,7 +124,7 @@ def test_the_network_gets_the_posture_on_the_way_to_the_rest():
     start, way = np.array([0.0, 0.0, 2.0]), np.array([[0.0, 0.0, 2.0], [0.0, 0.0, 0.8]])
     of = lambda **more: Request(start, 0.0, "sit", goal, way, chair, **more)
     requests = [of(posture=("hands_on_lap",)), of(posture_places=lambda: ("lean_back",)), of()]
-    run = start_rollout(plan_takes(requests), network())
+    run = start_rollout(plan_takes(requests, network().net), network())
     assert [[POSTURE_NAMES[k] for k in torch.nonzero(row)[:, 0]] for row in run.postures] == [
         ["hands_on_lap"], ["lean_back"], [],
     ]  # fmt: skip

@@ -13,6 +13,8 @@ from ....motion import Motion
 from ....refine.feet.foot_lock import lock_feet
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
+from . import lap
+from .leaning import SeatBack
 from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
 from .resting import RestingTop
@@ -23,9 +25,21 @@ LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining err
 SMOOTHING = 1.5  # frames at 30 fps
 MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; less is a high stool
 PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
+SEATED_WEIGHT = 0.9  # share of the way down from which a body counts as seated
 BUSY = 0.5  # weight of the action above which the character is sitting or lying
 
-CORRECTIONS = ("smoothing", "goal", "stand_off", "shins", "raised_back", "limbs", "narrow_way", "feet")
+CORRECTIONS = (
+    "smoothing",
+    "goal",
+    "stand_off",
+    "shins",
+    "raised_back",
+    "leaning",
+    "hands",
+    "limbs",
+    "narrow_way",
+    "feet",
+)
 """Names of the corrections, in their order, so that an evaluation can leave out one at a time."""
 
 
@@ -45,6 +59,8 @@ def finish(
     action: str,
     front: SeatFront | None = None,
     top: RestingTop | None = None,
+    back: SeatBack | None = None,
+    posture: Collection[str] = (),
     ground: Ground | None = None,
     free: FreeFloor | None = None,
     without: Collection[str] = (),
@@ -52,8 +68,8 @@ def finish(
     """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
     travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
-    final place of the pelvis. top: of the object that the body rests on. ground: under the feet. free: floor of a
-    narrow way. without: CORRECTIONS that are left out.
+    final place of the pelvis. top: of the object that the body rests on. back: of the seat, if the body leans on it.
+    posture: of the rest. ground: under the feet. free: floor of a narrow way. without: CORRECTIONS that are left out.
     """
     wanted = frozenset(CORRECTIONS) - frozenset(without)
     goal = route.goals[-1]
@@ -62,7 +78,7 @@ def finish(
     if "goal" in wanted:
         motion = settle_on_goal(motion, goal, action)
     if start is not None:
-        motion = _on_object(motion, goal, front, top, wanted)
+        motion = _on_object(motion, goal, front, top, back, posture, wanted)
     if "narrow_way" in wanted:
         seated = 0.0 if start is None else _lift_weight(motion)
         motion = keep_on(motion, free, np.ones(len(motion)) - seated)
@@ -74,15 +90,22 @@ def finish(
 
 
 def _on_object(
-    motion: Motion, goal: np.ndarray, front: SeatFront | None, top: RestingTop | None, wanted: Collection[str]
-) -> Motion:
+    motion: Motion, goal: np.ndarray, front: SeatFront | None, top: RestingTop | None, back: SeatBack | None,
+    posture: Collection[str], wanted: Collection[str],
+) -> Motion:  # fmt: skip
     """Return the motion with the corrections that the object asks for. goal: row of Route.goals."""
     if front is not None:
-        seated = np.concatenate([goal[:3] - front.stand_off * goal[3:6], goal[3:]])
+        place = np.concatenate([goal[:3] - front.stand_off * goal[3:6], goal[3:]])
         if "stand_off" in wanted:
             motion = sit_back(motion, goal, front)
         if "shins" in wanted:
-            motion = front.clear_shins(motion, seated)
+            motion = front.clear_shins(motion, place)
+        up = np.flatnonzero(_lift_weight(motion) < SEATED_WEIGHT)
+        seated = int(up[-1]) + 1 if len(up) else 0
+        if back is not None and "leaning" in wanted:
+            motion = back.leaned_on(motion, place, seated)
+        if "hands" in wanted:
+            motion = lap.lowered(motion, seated, posture)
     if top is not None:
         if top.back and "raised_back" in wanted:
             motion = raise_trunk(motion, goal, top.back)

@@ -75,7 +75,7 @@ def _run(
 
     from .steering import Guide
 
-    takes = plan_takes(requests, bool(network.net.goal_grid))
+    takes = plan_takes(requests, network.net)
     record, done, frame = Record(len(takes)), np.zeros(len(takes), bool), 0
     tracked = RolloutProgress(requests, [take.route for take in takes])
     going, limit = np.arange(len(takes)), int(tracked.limit.max())
@@ -147,6 +147,8 @@ def _finished(
         request.action,
         take.front,
         take.top,
+        take.back,
+        take.posture,
         request.ground,
         request.free,
         without,

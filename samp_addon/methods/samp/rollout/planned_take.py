@@ -13,6 +13,8 @@ from ....scene.geometry import sample_surface
 from ....scene.voxels import InteractionGrid
 from ....vocabulary import ACTIONS, POSTURE_NAMES, SEATED
 from .. import postures
+from ..finishing import leaning
+from ..finishing.leaning import SeatBack
 from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
 from ..request import Request
@@ -28,19 +30,22 @@ SURFACE_SAMPLES = 60_000  # points on an object that is sat or lain on
 
 @dataclass(frozen=True)
 class PlannedTake:
-    """A take before its rollout. front, top: of its object, or None where it has none."""
+    """A take before its rollout.
+
+    posture: of the rest, as asked for or drawn. front, top: of its object, or None where it has none. back: of a seat,
+    if the body leans on it.
+    """
 
     request: Request
     route: Route
+    posture: tuple[str, ...] = ()
     front: SeatFront | None = None
     top: RestingTop | None = None
+    back: SeatBack | None = None
 
 
-def plan_takes(requests: Sequence[Request], true_goals: bool = False) -> list[PlannedTake]:
-    """Plan one take for each request; the surface of each object is sampled once.
-
-    true_goals: whether the network was trained with goals at the real places of the pelvis.
-    """
+def plan_takes(requests: Sequence[Request], net: MotionNet) -> list[PlannedTake]:
+    """Plan one take of a network for each request; the surface of each object is sampled once."""
     surfaces: dict[int, np.ndarray] = {}
     takes = []
     for request in requests:
@@ -50,7 +55,7 @@ def plan_takes(requests: Sequence[Request], true_goals: bool = False) -> list[Pl
             if key not in surfaces:
                 surfaces[key] = sample_surface(request.object_triangles, SURFACE_SAMPLES, seed=0)[0]
             points = surfaces[key]
-        takes.append(_plan(request, points, true_goals))
+        takes.append(_plan(request, points, net))
     return takes
 
 
@@ -77,7 +82,7 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
         net, starts, tensor(centres), tensor(occupancy),
         [_latent_seed(take.request) for take in takes], tensor([[take.request.style] for take in takes]),
         torch.as_tensor([ACTIONS.index(take.request.action) for take in takes]),
-        tensor([postures.numbers(_posture(take.request, net)) for take in takes]),
+        tensor([postures.numbers(take.posture) for take in takes]),
     )  # fmt: skip
 
 
@@ -96,20 +101,24 @@ def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
     return postures.drawn(shares, request.action, request.posture_places(), request.seed, request.posture)
 
 
-def _plan(request: Request, points: np.ndarray | None, true_goals: bool) -> PlannedTake:
-    """Plan one take; without true goals, that on a deep seat is moved forward, see seat_edge.py.
+def _plan(request: Request, points: np.ndarray | None, net: MotionNet) -> PlannedTake:
+    """Plan one take; the goal on a deep seat is moved forward unless the network knows true goals, see seat_edge.py.
 
     points: (N, 3) on the surface of its object, or None.
     """
-    goal, front, top = request.goal, None, None
+    goal, front, top, back = request.goal, None, None, None
+    posture = _posture(request, net)
     if points is not None:
         floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
         top = RestingTop.of(points, goal, floor)
         if request.action == "sit":
-            front = SeatFront.of(points, goal, floor, true_goals)
+            front = SeatFront.of(points, goal, floor, bool(net.goal_grid))
+            if "hands_on_table" not in posture:
+                most = leaning.MOST if "lean_back" in posture else leaning.UPRIGHT_MOST
+                back = SeatBack.of(points, goal, most)
             goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
     route = Route(request.start_position, request.waypoints, goal, request.action)
-    return PlannedTake(request, route, front=front, top=top)
+    return PlannedTake(request, route, posture, front, top, back)
 
 
 def _objects(takes: Sequence[PlannedTake], goal_grid: bool) -> tuple[np.ndarray, np.ndarray]:
