@@ -1,12 +1,15 @@
-"""Seated bodies lean on the back of their seat, and lay their hands on their lap."""
+"""Seated bodies lean on the back of their seat, lay down their hands, and cross their ankles, as their posture asks."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.evaluation import rest_posture
 from samp_blender.samp_addon.frames import yaw_direction
-from samp_blender.samp_addon.methods.samp.finishing import lap
+from samp_blender.samp_addon.methods.samp.finishing import crossing, hands
 from samp_blender.samp_addon.methods.samp.finishing.leaning import MOST, UPRIGHT_MOST, SeatBack, leaned
+from samp_blender.samp_addon.methods.samp.finishing.resting import RestingTop
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from shapes import box
@@ -95,7 +98,40 @@ def test_the_whole_body_turns_by_the_angle():
 )
 def test_hands_on_the_lap(arms, posture, lowered):
     before = seated(arms=arms)
-    after = lap.lowered(before, DOWN, posture)
+    after = hands.rested(before, row(0.0), DOWN, posture, None)
     assert rest_posture.flags(after, "sit")["hands_on_lap"][-1] == lowered
     assert (after.rotations == before.rotations).all() != lowered
     assert np.allclose(after.rotations[:10], before.rotations[:10], atol=1e-6)
+
+
+@pytest.mark.parametrize("arms", [(0.2, 0.28), None])
+def test_hands_on_armrests(arms):
+    parts = [box((-0.3, 0.0, -0.3), (0.3, 0.42, 0.3))]
+    if arms:
+        parts += [box((x0, 0.42, -0.3), (x1, 0.64, 0.3)) for x0, x1 in (arms, (-arms[1], -arms[0]))]
+    points, _ = sample_surface(np.concatenate(parts) + [PLACE[0], 0, PLACE[2]], 30000, seed=0)
+    goal = Goal(PLACE, yaw_direction(0.0), "sit")
+    top = RestingTop.of(points, goal, 0.0)
+    before = seated(arms=40)
+    after = hands.rested(before, row(0.0), DOWN, ("hands_on_armrests",), top)
+    assert rest_posture.flags(after, "sit")["hands_on_armrests"][-1] == bool(arms)
+    if arms:
+        wrists = after.forward_kinematics()[0][
+            -1, [skeleton.INDEX["left_wrist"], skeleton.INDEX["right_wrist"]]
+        ]
+        assert wrists[:, 1] == pytest.approx(0.64 + hands.WRIST, abs=0.02)
+    else:
+        assert (after.rotations == before.rotations).all()
+
+
+def test_ankles_are_crossed_once():
+    before = replace(seated(), contacts=np.ones((FRAMES, 5)))
+    after = crossing.crossed(before, row(0.0), DOWN)
+    crossed = rest_posture.flags(after, "sit")["legs_crossed"]
+    assert not crossed[: DOWN + crossing.DELAY].any() and crossed[-1]
+    joints = after.forward_kinematics()[0]
+    step = np.diff(joints[:, skeleton.INDEX["right_ankle"]], axis=0)
+    assert np.linalg.norm(step, axis=-1).max() < 0.05
+    assert (after.contacts == 0).any(0).sum() == 1  # one foot leaves the floor
+    again = crossing.crossed(after, row(0.0), 0)
+    assert again is after

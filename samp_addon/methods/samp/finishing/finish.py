@@ -13,7 +13,7 @@ from ....motion import Motion
 from ....refine.feet.foot_lock import lock_feet
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
-from . import lap
+from . import crossing, hands
 from .leaning import SeatBack
 from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
@@ -105,7 +105,9 @@ def _on_object(
         if back is not None and "leaning" in wanted:
             motion = back.leaned_on(motion, place, seated)
         if "hands" in wanted:
-            motion = lap.lowered(motion, seated, posture)
+            motion = hands.rested(motion, place, seated, posture, top)
+        if "crossing" in wanted and "legs_crossed" in posture:
+            motion = crossing.crossed(motion, place, seated)
     if top is not None:
         if top.back and "raised_back" in wanted:
             motion = raise_trunk(motion, goal, top.back)

@@ -90,7 +90,7 @@ class RestingTop:
         above = CROWN if back else above
         return cls(top, corner, level, level + below, level + above, goal.action, back)
 
-    def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the cell indices x and z of places (T, 2), and flags of those on the grid."""
         at = np.floor((places - self.corner) / CELL).astype(int)
         inside = ((at >= 0) & (at < self.heights.shape)).all(-1)
@@ -102,7 +102,7 @@ class RestingTop:
 
         thick: metres from the joint to its skin, one number or (T,).
         """
-        x, z, inside = self._cells(joint[:, [0, 2]])
+        x, z, inside = self.cells(joint[:, [0, 2]])
         found = self.heights[x, z]
         on = inside & (found > self.low) & (found < self.high)
         return np.where(on, np.maximum(found + thick - joint[:, 1], 0.0), 0.0)
@@ -115,7 +115,7 @@ class RestingTop:
 
     def aside(self, joint: np.ndarray, thick: float) -> np.ndarray:
         """Return the horizontal offset (T, 2) that moves a joint (T, 3) out of the wall that it is in."""
-        x, z, inside = self._cells(joint[:, [0, 2]])
+        x, z, inside = self.cells(joint[:, [0, 2]])
         height = joint[:, 1] - thick - self.level
         step = np.clip(np.floor((height - WALL) / LEVEL).astype(int), 0, len(self._ways_out) - 1)
         wall = self.heights[x, z] - self.level > np.maximum(height, WALL)
@@ -188,7 +188,7 @@ class RestingTop:
 
     def _off_the_side(self, point: np.ndarray) -> np.ndarray:
         """Return the horizontal offset (T, 2) that moves points (T, 3) below the top out over its nearest edge."""
-        x, z, inside = self._cells(point[:, [0, 2]])
+        x, z, inside = self.cells(point[:, [0, 2]])
         below = inside & (point[:, 1] < self.level - MAX_LIFT) & (self.heights[x, z] > self.low)
         nearest = self._nearest_outside[:, x, z].T
         offset = self.corner + (nearest + 0.5) * CELL - point[:, [0, 2]]
@@ -202,7 +202,7 @@ class RestingTop:
         out = np.zeros((len(sole), 2))
         for share in np.arange(1.0, 0.0, -SHIN_STEP):
             place = knee[:, [0, 2]] + share * shin
-            x, z, inside = self._cells(place)
+            x, z, inside = self.cells(place)
             height = sole[:, 1] - SOLE - self.level
             wall = inside & (self.heights[x, z] - self.level > np.maximum(height, WALL)) & (height > -BELOW)
             out[wall] = (share - SHIN_STEP - 1.0) * shin[wall]
