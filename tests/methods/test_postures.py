@@ -5,10 +5,12 @@ import pytest
 import torch
 from samp_blender.models import motion_net
 from samp_blender.samp_addon.errors import UsageError
+from samp_blender.samp_addon.evaluation import rest_posture
 from samp_blender.samp_addon.methods.method import Option
 from samp_blender.samp_addon.methods.samp import load_networks, posture_places, postures, weights_file
 from samp_blender.samp_addon.methods.samp.method import POSTURE, Samp
 from samp_blender.samp_addon.methods.samp.request import Request
+from samp_blender.samp_addon.methods.samp.rollout import generator
 from samp_blender.samp_addon.methods.samp.rollout.planned_take import plan_takes, start_rollout
 from samp_blender.samp_addon.methods.step import Step
 from samp_blender.samp_addon.motion import Goal
@@ -155,3 +157,22 @@ def test_weights_with_postures_offer_them(tmp_path, monkeypatch):
     save_file({"posture_rows": torch.zeros(2, 9)}, tmp_path / "motion_net.safetensors")
     monkeypatch.setattr(weights_file.knows_postures, "__defaults__", (tmp_path / "motion_net.safetensors",))
     assert Samp().options == (POSTURE,) and isinstance(POSTURE, Option)
+
+
+@pytest.mark.parametrize(
+    "posture",
+    [
+        ("lean_back", "hands_on_armrests"),
+        ("lean_back", "hands_on_lap", "legs_crossed"),
+        ("upright", "hands_on_lap"),
+    ],
+)
+def test_a_take_ends_in_the_posture_that_was_asked_for(posture):
+    parts = SEAT + BACK + ARM + [((-0.36, 0.45, -0.3), (-0.3, 0.66, 0.3))]
+    chair = np.concatenate([box(*corners) for corners in parts])
+    goal = Goal(np.array([0.0, 0.63, -0.1]), np.array([0.0, 0.0, 1.0]), "sit")
+    start, way = np.array([0.0, 0.0, 1.8]), np.array([[0.0, 0.0, 1.8], [0.0, 0.0, 0.7]])
+    request = Request(start, np.pi, "sit", goal, way, chair, seed=3, posture=posture)
+    (motion,) = generator.generate([request])
+    found = rest_posture.flags(motion, "sit")
+    assert {name: bool(found[name][-1]) for name in posture} == dict.fromkeys(posture, True)

@@ -12,7 +12,7 @@ from ....motion import Motion
 from ....refine.feet.foot import FEET
 from ....refine.inverse_kinematics import solve_limb
 
-PAST, BEFORE = 0.06, 0.11  # metres by which one ankle is on the other's side, and in front of it
+PAST, BEFORE = 0.07, 0.12  # metres by which one ankle is on the other's side, and in front of it
 LIFT = 0.05  # metres by which the foot is raised on its way
 DELAY, DURATION = 12, 30.0  # frames at 30 fps after the pelvis is down, and of the step
 CROSSED = 0.03  # metres from which ankles are crossed already
@@ -38,9 +38,10 @@ def crossed(motion: Motion, goal: np.ndarray, seated: int) -> Motion:
     # The foot that is farther ahead steps over the other one.
     side, sign = ("left", -1.0) if apart @ ahead > 0 else ("right", 1.0)
     own, other = ankles[side], ankles["right" if side == "left" else "left"]
-    target = other + sign * PAST * left + BEFORE * ahead
-    target[:, 1] = own[:, 1]
-    if np.linalg.norm(target[-1] - own[-1]) > FARTHEST:
+    # The foot lock will pin the other foot at its mean place, whatever its drift.
+    target = other[seated:].mean(0) + sign * PAST * left + BEFORE * ahead
+    target[1] = own[seated:, 1].mean()
+    if np.linalg.norm(target - own[-1]) > FARTHEST:
         return motion
     share = np.clip((np.arange(len(motion)) - begin) / duration, 0.0, 1.0)
     weight = smoothstep(share)[:, None]

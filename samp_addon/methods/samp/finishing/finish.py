@@ -36,6 +36,7 @@ CORRECTIONS = (
     "raised_back",
     "leaning",
     "hands",
+    "crossing",
     "limbs",
     "narrow_way",
     "feet",
