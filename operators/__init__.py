@@ -59,6 +59,7 @@ OPERATORS = (
     "guess_rig_map",
     "send_to_farm",
     "copy_install_commands",
+    "add_preset",
 )
 
 

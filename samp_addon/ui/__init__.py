@@ -7,20 +7,22 @@ def register() -> None:
     """Register the sidebar's tab, the lists and the menus."""
     import bpy
 
-    from . import menu, settings
+    from . import menu, presets, settings
 
     settings.register()
     for cls in _classes():
         bpy.utils.register_class(cls)
     menu.register()
+    presets.register()
 
 
 def unregister() -> None:
     """Unregister the sidebar."""
     import bpy
 
-    from . import menu, settings
+    from . import menu, presets, settings
 
+    presets.unregister()
     menu.unregister()
     for cls in reversed(_classes()):
         bpy.utils.unregister_class(cls)
@@ -29,10 +31,10 @@ def unregister() -> None:
 
 def _classes() -> list[type]:
     """Return all classes but the settings; panels in the order of the sidebar."""
-    from . import lists, menu, panel, sub_goals, takes
+    from . import lists, menu, panel, presets, sub_goals, takes
     from .cast import panel as cast
     from .farm import panel as farm
 
     panels = [*panel.CLASSES, *sub_goals.CLASSES, *takes.CLASSES, *panel.LATER]
     panels += [*cast.CLASSES, *lists.CLASSES, *panel.LAST, *farm.CLASSES]
-    return [*menu.CLASSES, *panels]
+    return [*menu.CLASSES, *presets.CLASSES, *panels]

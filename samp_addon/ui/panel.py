@@ -13,6 +13,7 @@ from ..methods import registry
 from ..vocabulary import SEATED
 from . import job_from_settings, method_options
 from .parts import buttons, next_step
+from .presets import SAMP_PT_presets
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
 GOALS, WAYPOINTS = "SAMP Goals", "SAMP Way-points"
@@ -87,6 +88,9 @@ class SAMP_PT_options(InPanel, bpy.types.Panel):
     bl_idname = "SAMP_PT_options"
     bl_label = "Options"
     bl_options = set()
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        SAMP_PT_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         settings, layout = context.scene.samp, self.layout
