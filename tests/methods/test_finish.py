@@ -122,3 +122,25 @@ def test_seated_bodies_move_back_on_seats_of_any_height(sinks):
     assert back[-1, 2] == pytest.approx(root[-1, 2] - front.stand_off, abs=1e-6)
     np.testing.assert_allclose(back[: WALK - 20], root[: WALK - 20], atol=1e-9)
     assert np.abs(np.diff(back[:, 2])).max() < 0.05
+
+
+@pytest.mark.parametrize("rise, hang", [(0.3, True), (0.0, False)])
+def test_feet_that_are_said_to_stand_do_not_pull_the_pelvis_into_a_high_seat(rise, hang):
+    # The pelvis of `glide` ends at 0.63 m, over a seat of 0.45 m; with 0.3 m more, feet cannot reach the floor.
+    motion = glide("sit")
+    root = motion.root.copy()
+    root[WALK:, 1] += rise * np.clip((np.arange(FRAMES - WALK)) / 20, 0, 1)
+    quats = motion.rotations.copy()
+    half = np.radians(-40.0)
+    for hip, knee in ((1, 4), (2, 5)):
+        quats[WALK:, hip] = [np.cos(half), np.sin(half), 0, 0]
+        quats[WALK:, knee] = [np.cos(half), -np.sin(half), 0, 0]
+    motion = replace(
+        motion, root=root, rotations=quats, contacts=np.ones((FRAMES, 5)), interaction_start=None
+    )
+    goal = Goal(root[-1], np.array([0.0, 0.0, 1.0]), "sit")
+    route = Route(np.zeros(3), np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.4]]), goal, "sit")
+    finished = finish.finish(motion, route, root[:, 2], "sit", without=("smoothing",))
+    assert finished.root[-1, 1] == pytest.approx(root[-1, 1], abs=0.01)
+    feet = finished.contacts[-1, 3:]
+    assert (feet == 0).all() if hang else (feet == 1).all()

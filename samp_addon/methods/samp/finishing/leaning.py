@@ -23,7 +23,7 @@ ASIDE, BEHIND = (
 LOW, HIGH, STEP = 0.08, 0.62, 0.03  # metres over the pelvis
 FEWEST = 2  # heights at which there is a surface, below which a seat has no back
 MOST = np.radians(36.0)
-UPRIGHT_MOST = np.radians(8.0)
+UPRIGHT_MOST = np.radians(12.0)
 """Largest angle of a body that leans back, and of one that sits upright and may touch the rest."""
 TRIED = 13  # angles from 0 to the largest one
 DURATION = 40.0  # frames at 30 fps
