@@ -140,3 +140,16 @@ def test_a_room_of_a_corpus(tmp_path):
     assert len(data.maps["colour"]) == 3 and len(data) > 3
     batch = data.batch(torch.arange(len(data)))
     assert batch.start.root[:, 2].min() > 1.0 and (data.pictures("depth", batch) > 0).float().mean() > 0.2
+
+
+def test_some_pairs_are_kept_with_different_windows(data):
+    before = data.small["pairs"]
+    try:
+        windows = len(before[:, 1].unique())
+        data.keep(windows)
+        kept = data.small["pairs"]
+        assert len(kept) == windows == len(kept[:, 1].unique())
+        rows = {tuple(row) for row in before.tolist()}
+        assert all(tuple(row) in rows for row in kept.tolist())
+    finally:
+        data.small["pairs"] = before

@@ -1,5 +1,7 @@
 """Scene GAN training: losses, going on after a stop, pretraining."""
 
+from dataclasses import replace
+
 import pytest
 import scene_gan_data as tiny
 import torch
@@ -58,6 +60,28 @@ def test_a_row_of_the_table_steps_and_goes_on(data, row, tmp_path):
     assert two.step_number == 2 and set(one.losses()) >= {f"{name}_distance" for name in wanted.critics}
     for name, value in one.networks.state_dict().items():
         torch.testing.assert_close(two.networks.state_dict()[name], value, msg=name)
+
+
+def test_a_training_begins_with_the_parts_of_others(data, tmp_path):
+    parts = {"trajectory": 1, "pose": 2}
+    trained = {}
+    for part, seed in parts.items():
+        made = Trainer(
+            data, replace(options.row("md", view="height", seed=seed, **SMALL), part=part, critics=(part,))
+        )
+        made.save(tmp_path / part)
+        trained[part] = made
+    joint = Trainer(data, options.row("md", view="height", seed=3, **SMALL))
+    for part in parts:
+        joint.begin(tmp_path / part, part)
+    for part, made in trained.items():
+        own = made.networks.state_dict()
+        for name, value in joint.networks.state_dict().items():
+            if name.startswith(f"{part}."):
+                assert torch.equal(value, own[name]), name
+        for name, value in made.critics[part].state_dict().items():
+            assert torch.equal(joint.critics[part].state_dict()[name], value), name
+    joint.step()
 
 
 def test_pretraining_learns_the_depth(data, tmp_path):

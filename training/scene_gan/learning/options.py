@@ -18,6 +18,8 @@ class Options:
     generators together, the trajectory generator alone, or the pose generator on true trajectories. critic_steps: per
     step of the generators. along: train the encoder together with the generators instead of caching its features.
     average: decay of the weights' running average, per step. crop: size of the context critic's crops.
+    context_weight: of the context critic's score in the generators' loss; its gradient on the pelvis is hundreds of
+    times those of the others.
     """
 
     settings: Settings = Settings()
@@ -30,6 +32,7 @@ class Options:
     along: bool = False
     average: float = 0.999
     crop: tuple[int, int] = (36, 64)
+    context_weight: float = 1.0
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -52,6 +52,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--pairs", type=int, help="use so many pairs of windows and pictures (default: all)")
     made.add_argument("--rate", type=float)
     made.add_argument("--average", type=float)
+    made.add_argument("--context-weight", type=float)
     made.add_argument("--along", action="store_true", default=None, help="train the encoder as well")
     made.add_argument("--checkpoint", type=float, default=300.0, help="seconds between checkpoints")
     made.add_argument("--report", type=float, default=30.0, help="seconds between lines of the log")
@@ -114,7 +115,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser().parse_args(arguments)
     torch.set_num_threads(chosen.threads)
     names = ("part", "view", "batch", "critic_steps", "width", "noise", "pose_noise", "encoder_width", "seed", "rate",
-             "average", "along")  # fmt: skip
+             "average", "along", "context_weight")  # fmt: skip
     wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
     if chosen.part in ("trajectory", "pose"):
         kept = {"trajectory": ("trajectory",), "pose": ("pose",)}[chosen.part]

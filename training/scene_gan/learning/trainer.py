@@ -163,7 +163,8 @@ class Trainer:
         made = self.draw(batch, scene)
         total = torch.zeros((), device=scene.device)
         for name, critic in self.critics.items():
-            total = total - critic(self._inputs(name, made, batch), scene.detach(), batch.start).mean()
+            score = critic(self._inputs(name, made, batch), scene.detach(), batch.start).mean()
+            total = total - score * (self.options.context_weight if name == "context" else 1.0)
         if self.options.along and isinstance(self.networks.encoder, SceneEncoder) and self.options.depth:
             depth = self.networks.encoder.decoder(scene)[0]
             true = self.data.depth(batch)
