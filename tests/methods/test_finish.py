@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from samp_blender.samp_addon import frames, rotation
-from samp_blender.samp_addon.methods.samp.finishing import finish
+from samp_blender.samp_addon.methods.samp.finishing import finish, high_seat
+from samp_blender.samp_addon.methods.samp.finishing.resting import RestingTop
 from samp_blender.samp_addon.methods.samp.finishing.seat_edge import SeatFront
 from samp_blender.samp_addon.methods.samp.route import STANDS_AHEAD, Route, Routes
 from samp_blender.samp_addon.motion import Goal, Motion
+from samp_blender.samp_addon.scene.geometry import sample_surface
+from shapes import box
 
 FRAMES, WALK = 150, 100
 
@@ -144,3 +147,23 @@ def test_feet_that_are_said_to_stand_do_not_pull_the_pelvis_into_a_high_seat(ris
     assert finished.root[-1, 1] == pytest.approx(root[-1, 1], abs=0.01)
     feet = finished.contacts[-1, 3:]
     assert (feet == 0).all() if hang else (feet == 1).all()
+
+
+@pytest.mark.parametrize("pelvis, raised", [(0.92, True), (0.62, False)])
+def test_thighs_lie_on_a_high_seat(pelvis, raised):
+    # Thighs that slope down by 40 degrees, on a seat that reaches 35 cm ahead.
+    motion = glide("sit")
+    half = np.radians(-50.0) / 2
+    quats = motion.rotations.copy()
+    for hip, knee in ((1, 4), (2, 5)):
+        quats[:, hip] = [np.cos(half), np.sin(half), 0, 0]
+        quats[:, knee] = [np.cos(half), -np.sin(half), 0, 0]
+    motion = replace(motion, root=np.tile([0.0, pelvis, 0.0], (FRAMES, 1)), rotations=quats)
+    points, _ = sample_surface(box((-0.25, 0.0, -0.2), (0.25, pelvis - 0.18, 0.35)), 30000, seed=0)
+    top = RestingTop.of(points, Goal(motion.root[-1], np.array([0.0, 0.0, 1.0]), "sit"), 0.0)
+    seated = np.arange(FRAMES) > WALK
+    after = high_seat.with_level_thighs(motion, top, seated)
+    old, new = motion.forward_kinematics(), after.forward_kinematics()
+    assert (new[0][-1, 4, 1] - old[0][-1, 4, 1] > 0.05) == raised
+    assert np.allclose(old[0][:50], new[0][:50])
+    assert np.abs((old[1][:, 4] * new[1][:, 4]).sum(-1)) == pytest.approx(1, abs=1e-6)

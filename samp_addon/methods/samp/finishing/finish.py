@@ -10,12 +10,10 @@ import numpy as np
 from .... import frames, rotation
 from ....easing import smoothstep
 from ....motion import Motion
-from ....refine.feet.foot import FEET
 from ....refine.feet.foot_lock import lock_feet
-from ....scene.seats.postures import SEAT_TO_PELVIS
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
-from . import crossing, hands
+from . import crossing, hands, high_seat
 from .leaning import SeatBack
 from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
@@ -27,7 +25,6 @@ LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining err
 SMOOTHING = 1.5  # frames at 30 fps
 MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; less is a high stool
 PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
-HIGH_SEAT = 0.56  # metres over the floor of a seat from which the feet hang
 SEATED_WEIGHT = 0.9  # share of the way down from which a body counts as seated
 BUSY = 0.5  # weight of the action above which the character is sitting or lying
 
@@ -87,7 +84,9 @@ def finish(
         seated = 0.0 if start is None else _lift_weight(motion)
         motion = keep_on(motion, free, np.ones(len(motion)) - seated)
     if "feet" in wanted:
-        motion = lock_feet(motion if start is None else _hanging(motion))
+        if start is not None:
+            motion = high_seat.without_contacts(motion, _lift_weight(motion) > SEATED_WEIGHT)
+        motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
     motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
     return follow(motion, heights, ground)
@@ -117,18 +116,9 @@ def _on_object(
             motion = raise_trunk(motion, goal, top.back)
         if "limbs" in wanted:
             motion = top.cleared(motion, goal)
+            if front is not None:
+                motion = high_seat.with_level_thighs(motion, top, _lift_weight(motion) > SEATED_WEIGHT)
     return motion
-
-
-def _hanging(motion: Motion) -> Motion:
-    """Return the motion without contacts of feet on a seat from which they do not reach the floor.
-
-    The network labels them, and the foot lock would pull the pelvis into the seat.
-    """
-    high = (motion.root[:, 1] > HIGH_SEAT + SEAT_TO_PELVIS) & (_lift_weight(motion) > SEATED_WEIGHT)
-    contacts = motion.contacts.copy()
-    contacts[np.ix_(high, [foot.column for foot in FEET])] = 0.0
-    return replace(motion, contacts=contacts)
 
 
 def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:

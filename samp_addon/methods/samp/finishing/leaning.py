@@ -13,6 +13,7 @@ import numpy as np
 from .... import rotation, skeleton
 from ....body import human
 from ....easing import smoothstep
+from ....evaluation.rest_posture import LEANING
 from ....motion import Goal, Motion
 from ....refine.inverse_kinematics import solve_limb
 
@@ -24,7 +25,7 @@ LOW, HIGH, STEP = 0.08, 0.62, 0.03  # metres over the pelvis
 FEWEST = 2  # heights at which there is a surface, below which a seat has no back
 MOST = np.radians(36.0)
 UPRIGHT_MOST = np.radians(12.0)
-"""Largest angle of a body that leans back, and of one that sits upright and may touch the rest."""
+"""Largest angle of a body that leans back, and of one that touches the rest only where it stays upright."""
 TRIED = 13  # angles from 0 to the largest one
 DURATION = 40.0  # frames at 30 fps
 EARLY = 8  # frames before the pelvis is down at which the trunk begins to lean
@@ -89,7 +90,8 @@ class SeatBack:
         if not len(touching) or touching[0] == 0:
             return 0.0
         k = touching[0]
-        return float(np.interp(0.0, [gap[k], gap[k - 1]], [tried[k], tried[k - 1]]))
+        angle = float(np.interp(0.0, [gap[k], gap[k - 1]], [tried[k], tried[k - 1]]))
+        return angle if self.most > UPRIGHT_MOST or angle < _until_leaning(last, goal) else 0.0
 
     def _gaps(self, poses: Motion, goal: np.ndarray) -> np.ndarray:
         """Return the smallest distances (T,), metres, from the skin of the back to the seat's back."""
@@ -104,6 +106,13 @@ class SeatBack:
         low, high = self.heights[known][[0, -1]] + [-STEP, STEP]
         beside = (skin[..., 1] > low) & (skin[..., 1] < high)
         return np.where(beside, surface + skin @ goal[3:6], np.inf).min(1)
+
+
+def _until_leaning(pose: Motion, goal: np.ndarray) -> float:
+    """Return the radians by which the trunk of a pose (one frame) can be turned backward and still is upright."""
+    joints, index = pose.forward_kinematics()[0][0], skeleton.INDEX
+    trunk = joints[index["neck"]] - (joints[index["left_hip"]] + joints[index["right_hip"]]) / 2
+    return np.radians(LEANING) - float(np.arctan2(-trunk @ goal[3:6], trunk[1]))
 
 
 def leaned(motion: Motion, ahead: np.ndarray, angle: np.ndarray) -> Motion:

@@ -46,6 +46,7 @@ BELOW = 0.15  # metres under the seat or mattress down to which a joint can be i
 WINDOW, SIGMA = 9, 4.0  # frames over which corrections begin early, and are smoothed
 SOLE = 0.01  # metres between a sole and a wall
 UPRIGHT = 0.15  # metres over the seated pelvis above which a body stands
+HIGH_SEAT = 0.56  # metres over the floor of a seat from which the feet hang
 SHIN_STEP = 0.06  # share of a shin between two samples
 SHIN = 0.05  # metres from the middle of a shin to its skin
 MAX_KEEP_OFF = 0.3  # metres by which a body is moved away from the side of the object
@@ -133,15 +134,20 @@ class RestingTop:
         if self.action == "lie":
             motion = self._raise_pelvis(self._keep_off(motion, near), near)
         else:
-            # Standing bodies are moved out of the seat; sinking ones may be inside its edge.
-            motion = self._keep_off(
-                motion, near & (motion.root[:, 1] > self.level + SEAT_TO_PELVIS + UPRIGHT)
-            )
+            motion = self._keep_off(motion, near & self._stands(motion))
         for upper, lower, thick in BONES[self.action]:
             sideways = upper not in skeleton.INDEX  # bones of the trunk have no side, and are only raised
             for side in ("right_", "left_") if sideways else ("",):
                 motion = self._clear_bone(motion, side + upper, side + lower, thick, near, sideways)
         return self._clear_feet(motion, near) if self.action == "lie" else motion
+
+    def _stands(self, motion: Motion) -> np.ndarray:
+        """Return flags (T,) of bodies in front of the seat, which are moved out of it; sinking ones may be inside."""
+        upright = motion.root[:, 1] > self.level + SEAT_TO_PELVIS + UPRIGHT
+        if self.level > HIGH_SEAT and motion.interaction_start is not None:
+            # The pelvis hardly sinks onto a high seat.
+            upright |= np.arange(len(motion)) < motion.interaction_start
+        return upright
 
     def _clear_feet(self, motion: Motion, near: np.ndarray) -> Motion:
         """Bend the knees as far as soles would otherwise be in an armrest or a footboard. near: (T,) flags."""
@@ -242,7 +248,7 @@ class RestingTop:
         if not (up.any() or away.any()):
             return motion
         up = anticipate(up, WINDOW, SIGMA)
-        return _turn_bone(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]))
+        return turned_bone(motion, upper, joint, np.column_stack([away[:, 0], up, away[:, 1]]))
 
 
 def _nearest_free(solid: np.ndarray) -> np.ndarray:
@@ -268,7 +274,7 @@ def bone_end(motion: Motion, upper: str, lower: str) -> np.ndarray:
     )
 
 
-def _turn_bone(motion: Motion, upper: str, end: np.ndarray, offset: np.ndarray) -> Motion:
+def turned_bone(motion: Motion, upper: str, end: np.ndarray, offset: np.ndarray) -> Motion:
     """Turn a joint so that a point (T, 3) on its bone moves by an offset (T, 3), metres.
 
     The horizontal part of the offset is smoothed over SIGMA frames.
