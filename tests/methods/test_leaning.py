@@ -7,7 +7,7 @@ import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.evaluation import rest_posture
 from samp_blender.samp_addon.frames import yaw_direction
-from samp_blender.samp_addon.methods.samp.finishing import crossing, hands
+from samp_blender.samp_addon.methods.samp.finishing import crossing, hands, leaning
 from samp_blender.samp_addon.methods.samp.finishing.leaning import MOST, UPRIGHT_MOST, SeatBack, leaned
 from samp_blender.samp_addon.methods.samp.finishing.resting import RestingTop
 from samp_blender.samp_addon.motion import Goal, Motion
@@ -135,3 +135,7 @@ def test_ankles_are_crossed_once():
     assert (after.contacts == 0).any(0).sum() == 1  # one foot leaves the floor
     again = crossing.crossed(after, row(0.0), 0)
     assert again is after
+
+
+def test_upright_means_the_same_as_in_the_evaluation():
+    assert np.degrees(leaning.STILL_UPRIGHT) == pytest.approx(rest_posture.LEANING)

@@ -13,7 +13,6 @@ import numpy as np
 from .... import rotation, skeleton
 from ....body import human
 from ....easing import smoothstep
-from ....evaluation.rest_posture import LEANING
 from ....motion import Goal, Motion
 from ....refine.inverse_kinematics import solve_limb
 
@@ -26,6 +25,8 @@ FEWEST = 2  # heights at which there is a surface, below which a seat has no bac
 MOST = np.radians(36.0)
 UPRIGHT_MOST = np.radians(12.0)
 """Largest angle of a body that leans back, and of one that touches the rest only where it stays upright."""
+STILL_UPRIGHT = np.radians(4.0)
+"""Radians of the trunk, hips to neck, behind the vertical, up to which a body is upright, see vocabulary.POSTURES."""
 TRIED = 13  # angles from 0 to the largest one
 DURATION = 40.0  # frames at 30 fps
 EARLY = 8  # frames before the pelvis is down at which the trunk begins to lean
@@ -112,7 +113,7 @@ def _until_leaning(pose: Motion, goal: np.ndarray) -> float:
     """Return the radians by which the trunk of a pose (one frame) can be turned backward and still is upright."""
     joints, index = pose.forward_kinematics()[0][0], skeleton.INDEX
     trunk = joints[index["neck"]] - (joints[index["left_hip"]] + joints[index["right_hip"]]) / 2
-    return np.radians(LEANING) - float(np.arctan2(-trunk @ goal[3:6], trunk[1]))
+    return STILL_UPRIGHT - float(np.arctan2(-trunk @ goal[3:6], trunk[1]))
 
 
 def leaned(motion: Motion, ahead: np.ndarray, angle: np.ndarray) -> Motion:
