@@ -85,7 +85,7 @@ def finish(
         motion = keep_on(motion, free, np.ones(len(motion)) - seated)
     if "feet" in wanted:
         if start is not None:
-            motion = high_seat.without_contacts(motion, _lift_weight(motion) > SEATED_WEIGHT)
+            motion = high_seat.without_contacts(motion, _seated(motion))
         motion = lock_feet(motion)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
     motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
@@ -103,7 +103,7 @@ def _on_object(
             motion = sit_back(motion, goal, front)
         if "shins" in wanted:
             motion = front.clear_shins(motion, place)
-        up = np.flatnonzero(_lift_weight(motion) < SEATED_WEIGHT)
+        up = np.flatnonzero(~_seated(motion))
         seated = int(up[-1]) + 1 if len(up) else 0
         if back is not None and "leaning" in wanted:
             motion = back.leaned_on(motion, place, seated)
@@ -117,7 +117,7 @@ def _on_object(
         if "limbs" in wanted:
             motion = top.cleared(motion, goal)
             if front is not None:
-                motion = high_seat.with_level_thighs(motion, top, _lift_weight(motion) > SEATED_WEIGHT)
+                motion = high_seat.with_level_thighs(motion, top, _seated(motion))
     return motion
 
 
@@ -175,6 +175,11 @@ def _lift_weight(motion: Motion) -> np.ndarray:
     weight = smoothstep((high - height) / (high - low))
     weight[: max(motion.interaction_start - 15, 0)] = 0
     return weight
+
+
+def _seated(motion: Motion) -> np.ndarray:
+    """Return flags (T,) of frames in which the pelvis is down."""
+    return _lift_weight(motion) > SEATED_WEIGHT
 
 
 def _mean_yaw(motion: Motion, part: slice) -> float:

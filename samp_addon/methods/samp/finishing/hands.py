@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from .... import rotation, skeleton
-from ....easing import smoothstep
+from ....easing import settling
 from ....motion import Motion
 from ....refine.inverse_kinematics import solve_limb
 from .resting import RestingTop
@@ -39,8 +39,7 @@ def rested(
     if "hands_on_table" in posture or len(motion) - seated < HELD:
         return motion
     positions, _ = motion.forward_kinematics()
-    duration = min(DURATION, len(motion) - seated + EARLY - 6)
-    weight = smoothstep((np.arange(len(motion)) - seated + EARLY) / duration)[:, None]
+    weight = settling(len(motion), seated, DURATION, EARLY)[:, None]
     rotations = motion.rotations
     for side in ("left", "right"):
         hip, knee, wrist = (positions[:, skeleton.INDEX[f"{side}_{n}"]] for n in ("hip", "knee", "wrist"))

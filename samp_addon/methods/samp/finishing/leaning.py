@@ -12,7 +12,7 @@ import numpy as np
 
 from .... import rotation, skeleton
 from ....body import human
-from ....easing import smoothstep
+from ....easing import settling
 from ....motion import Goal, Motion
 from ....refine.inverse_kinematics import solve_limb
 
@@ -71,8 +71,7 @@ class SeatBack:
         angle = self._angle(motion, goal) if rest >= SHORTEST else 0.0
         if angle <= 0:
             return motion
-        duration = min(DURATION, rest + EARLY - 6)
-        weight = smoothstep((np.arange(len(motion)) - seated + EARLY) / duration)
+        weight = settling(len(motion), seated, DURATION, EARLY)
         return leaned(motion, goal[3:6], angle * weight)
 
     def _angle(self, motion: Motion, goal: np.ndarray) -> float:
