@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 ASSET = Path(__file__).parent / "human.npz"
 SIZE = "size"
 """Name of what is no shape but the size of the whole body."""
+SPINE = ("spine1", "spine2", "spine3")
 MATERIALS = ("skin", "clothes", "trousers", "shoes", "hair", "eyes", "pupils")
 
 
@@ -158,6 +159,13 @@ def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: 
         moved = (part @ table).reshape(-1, 3, table.shape[1]).transpose(0, 2, 1)
         vertices[start : start + chunk] = moved + motion.root[start : start + chunk, None]
     return vertices
+
+
+def back_of(human: Human) -> np.ndarray:
+    """Return the indices of the vertices of the back: those behind the spine that belong to it."""
+    owner = np.take_along_axis(human.weight_joints, human.weights.argmax(1)[:, None], 1)[:, 0]
+    behind = human.vertices[:, 2] < np.percentile(human.vertices[:, 2], 25)
+    return np.flatnonzero(np.isin(owner, [skeleton.INDEX[name] for name in SPINE]) & behind)
 
 
 def skin_torch(

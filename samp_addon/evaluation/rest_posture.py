@@ -54,8 +54,6 @@ BACK_ABOVE, BACK_BEHIND, BACK_ASIDE = 0.10, 0.45, 0.2
 FEWEST_BACK_POINTS = 10
 """Points on the seat's back below which it counts as having none."""
 
-_TRUNK = (3, 6, 9)  # joints whose skin is the back
-
 
 def flags(motion: Motion, action: str) -> dict[str, np.ndarray]:
     """Return flags (T,) for each posture of an action of the body in each frame; none for actions without a rest."""
@@ -82,9 +80,7 @@ def back_gap(motion: Motion, frame: int, points: np.ndarray, body: Human | None 
     back = points[(away[:, 1] > BACK_ABOVE) & (behind > 0) & (behind < BACK_BEHIND) & (aside < BACK_ASIDE)]
     if len(back) < FEWEST_BACK_POINTS:
         return None
-    owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
-    rear = np.isin(owner, _TRUNK) & (body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25))
-    return float(cKDTree(back).query(human.skin(body, still)[0][rear])[0].min())
+    return float(cKDTree(back).query(human.skin(body, still, human.back_of(body))[0])[0].min())
 
 
 class _Points:

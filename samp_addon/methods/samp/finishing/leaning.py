@@ -34,7 +34,6 @@ SHORTEST = 20  # frames of rest below which there is no time to lean
 SHARES = {"spine1": 0.7, "spine2": 1.0, "neck": 0.5, "head": 0.1}
 PELVIS = 0.5
 """Shares of the angle by which joints are turned; joints between them follow their parents."""
-_JOINTS_OF_BACK = tuple(skeleton.INDEX[name] for name in ("spine1", "spine2", "spine3"))
 
 
 @dataclass(frozen=True)
@@ -96,11 +95,7 @@ class SeatBack:
     def _gaps(self, poses: Motion, goal: np.ndarray) -> np.ndarray:
         """Return the smallest distances (T,), metres, from the skin of the back to the seat's back."""
         body = human.load()
-        owner = np.take_along_axis(body.weight_joints, body.weights.argmax(1)[:, None], 1)[:, 0]
-        rear = np.isin(owner, _JOINTS_OF_BACK) & (
-            body.vertices[:, 2] < np.percentile(body.vertices[:, 2], 25)
-        )
-        skin = human.skin(body, poses, np.flatnonzero(rear)) - goal[:3]
+        skin = human.skin(body, poses, human.back_of(body)) - goal[:3]
         known = np.isfinite(self.behind)
         surface = np.interp(skin[..., 1], self.heights[known], self.behind[known])
         low, high = self.heights[known][[0, -1]] + [-STEP, STEP]
