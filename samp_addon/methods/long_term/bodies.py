@@ -125,7 +125,8 @@ def choose(
 def _grounded(figure: Figure, floor: float) -> Figure:
     """Return a standing figure with its lowest skin on the floor."""
     body = shapes.body_of(figure.betas)
-    lowest = float(human.skin(body, as_motion([figure]), body.collision)[0, :, 1].min())
+    # Rounded: the last bits of the skin depend on the number of threads, and takes must not.
+    lowest = round(float(human.skin(body, as_motion([figure]), body.collision)[0, :, 1].min()), 5)
     return figure.moved(np.array([0.0, floor - lowest, 0.0]))
 
 

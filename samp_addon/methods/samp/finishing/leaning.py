@@ -89,7 +89,8 @@ class SeatBack:
         if not len(touching) or touching[0] == 0:
             return 0.0
         k = touching[0]
-        angle = float(np.interp(0.0, [gap[k], gap[k - 1]], [tried[k], tried[k - 1]]))
+        # Rounded: the last bits of the skin depend on the number of threads, and takes must not.
+        angle = round(float(np.interp(0.0, [gap[k], gap[k - 1]], [tried[k], tried[k - 1]])), 4)
         return angle if self.most > UPRIGHT_MOST or angle < _until_leaning(last, goal) else 0.0
 
     def _gaps(self, poses: Motion, goal: np.ndarray) -> np.ndarray:
