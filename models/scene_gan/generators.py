@@ -17,6 +17,8 @@ ALPHA = (0.1, 0.06, 0.1)
 """Largest velocity of each coordinate (X, Y, Z of the view frame), metres per frame: 3 m/s horizontally. Equation
 V = alpha tanh(F)."""
 OUTPUTS = 6
+SPAN = FRAMES // (STEPS - 2)
+"""Frames of a step after the first convolution."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,21 @@ class Sizes:
         return tuple(max(self.width // k, 8) for k in (1, 2, 4, 8, 16))
 
 
+def _over_time(noise: torch.Tensor, known: torch.Tensor) -> torch.Tensor:
+    """Return inputs (B, C, STEPS): noise, the condition repeated, and the number of the step as a one-hot code.
+
+    The paper has no such code. Without it only the zeros at the ends of convolutions tell the steps apart.
+    """
+    clock = torch.eye(STEPS, device=noise.device).expand(len(noise), -1, -1)
+    return torch.cat([noise, layers.repeated(known, (STEPS,)), clock], dim=1)
+
+
+def _steps_of(way: torch.Tensor) -> torch.Tensor:
+    """Return each latent step's own part of a way (B, 3, FRAMES) as (B, 3 * SPAN, STEPS); the ends are repeated."""
+    parts = way.unflatten(-1, (-1, SPAN)).transpose(2, 3).flatten(1, 2)
+    return torch.cat([parts[..., :1], parts, parts[..., -1:]], dim=-1)
+
+
 class TrajectoryGenerator(nn.Module):
     """Noise, scene and start to velocities of the pelvis, 4 -> 8 -> 16 -> 32 -> 64 steps (table 6)."""
 
@@ -44,7 +61,7 @@ class TrajectoryGenerator(nn.Module):
         super().__init__()
         widths = sizes.channels()
         self.latent = GaussianProcess(sizes.noise)
-        self.first = nn.Conv1d(sizes.noise + sizes.scene + SIZE, widths[0], 3)
+        self.first = nn.Conv1d(sizes.noise + sizes.scene + SIZE + STEPS, widths[0], 3)
         self.blocks = nn.ModuleList(
             nn.Conv1d(a, b, 3, padding=1) for a, b in zip(widths[:-1], widths[1:], strict=True)
         )
@@ -55,8 +72,7 @@ class TrajectoryGenerator(nn.Module):
     def forward(self, noise: torch.Tensor, scene: torch.Tensor, start: Start) -> torch.Tensor:
         """Return velocities (B, 3, 64), metres per frame. noise: (B, noise, 6). scene: (B, scene)."""
         known = torch.cat([scene, start.condition()], dim=-1)
-        x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
-        x = self.norms[0](self.first(x))
+        x = self.norms[0](self.first(_over_time(noise, known)))
         for block, norm in zip(self.blocks, self.norms[1:], strict=True):
             x = norm(block(layers.twice_as_long(layers.activate(x))))
         return self.alpha[:, None] * torch.tanh(self.last(layers.activate(x)))
@@ -97,13 +113,13 @@ class PoseGenerator(nn.Module):
     """Noise, scene, start and trajectory to 6-D rotations (section 3.2.2, table 7).
 
     The paper generates joint positions. Here rotations are generated, since they are baked, and the critics use forward
-    kinematics.
+    kinematics. Each step also sees its own part of the trajectory, so that steps of the feet and the way agree.
     """
 
     def __init__(self, sizes: Sizes) -> None:
         super().__init__()
         self.latent = GaussianProcess(sizes.pose_noise)
-        inputs = sizes.pose_noise + sizes.scene + SIZE + 3 * FRAMES
+        inputs = sizes.pose_noise + sizes.scene + SIZE + 3 * FRAMES + STEPS + 3 * SPAN
         self.body = _GraphUpsampling(inputs, sizes, OUTPUTS)
         self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
 
@@ -111,9 +127,9 @@ class PoseGenerator(nn.Module):
         self, noise: torch.Tensor, scene: torch.Tensor, start: Start, velocities: torch.Tensor
     ) -> torch.Tensor:
         """Return rotations (B, 64, 22, 6). velocities: (B, 3, 64), metres per frame."""
-        way = (velocities / self.alpha[:, None]).flatten(1)
-        known = torch.cat([scene, start.condition(), way], dim=-1)
-        x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
+        way = velocities / self.alpha[:, None]
+        known = torch.cat([scene, start.condition(), way.flatten(1)], dim=-1)
+        x = torch.cat([_over_time(noise, known), _steps_of(way)], dim=1)
         return _posed(self.body(x), start)
 
 
@@ -123,7 +139,7 @@ class JointGenerator(nn.Module):
     def __init__(self, sizes: Sizes) -> None:
         super().__init__()
         self.latent = GaussianProcess(sizes.pose_noise)
-        self.body = _GraphUpsampling(sizes.pose_noise + sizes.scene + SIZE, sizes, OUTPUTS + 3)
+        self.body = _GraphUpsampling(sizes.pose_noise + sizes.scene + SIZE + STEPS, sizes, OUTPUTS + 3)
         self.register_buffer("alpha", torch.tensor(ALPHA), persistent=False)
 
     def forward(
@@ -131,7 +147,6 @@ class JointGenerator(nn.Module):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Return velocities (B, 3, 64), from the pelvis' node, metres per frame, and rotations (B, 64, 22, 6)."""
         known = torch.cat([scene, start.condition()], dim=-1)
-        x = torch.cat([noise, layers.repeated(known, (STEPS,))], dim=1)
-        raw = self.body(x)
+        raw = self.body(_over_time(noise, known))
         velocities = self.alpha[:, None] * torch.tanh(raw[:, OUTPUTS:, 0])
         return velocities, _posed(raw[:, :OUTPUTS], start)

@@ -35,11 +35,21 @@ class Motions:
 
         X = P + R, where R_t is the sum of the velocities before t (section 3.2.1).
         """
-        steps = velocities.transpose(1, 2).cumsum(1)
-        root = start.root[:, None] + torch.cat([torch.zeros_like(steps[:, :1]), steps], dim=1)
+        root = _way(start, velocities)
         every = torch.cat([start.six[:, None], six], dim=1)
         positions = kinematics.joint_positions(kinematics.matrices(every), start.rest[:, None])
         return cls(root, every, positions)
+
+    @classmethod
+    def moved(cls, start: Start, velocities: torch.Tensor) -> Motions:
+        """Return the windows of a start that keeps its pose, for velocities (B, 3, 64)."""
+        root = _way(start, velocities)
+        still = lambda values: values[:, None].expand(-1, root.shape[1], -1, -1)
+        return cls(root, still(start.six), still(start.positions))
+
+    def rows(self, rows: torch.Tensor | slice) -> Motions:
+        """Return some of the windows."""
+        return Motions(self.root[rows], self.six[rows], self.positions[rows])
 
     @property
     def velocities(self) -> torch.Tensor:
@@ -50,6 +60,12 @@ class Motions:
     def joints(self) -> torch.Tensor:
         """Joint positions (B, 65, 22, 3) in the view frame."""
         return self.positions + self.root[:, :, None]
+
+
+def _way(start: Start, velocities: torch.Tensor) -> torch.Tensor:
+    """Return the positions (B, 65, 3) of the pelvis."""
+    steps = velocities.transpose(1, 2).cumsum(1)
+    return start.root[:, None] + torch.cat([torch.zeros_like(steps[:, :1]), steps], dim=1)
 
 
 def to_camera(points: torch.Tensor, camera: torch.Tensor) -> torch.Tensor:

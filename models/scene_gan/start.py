@@ -63,6 +63,10 @@ class Start:
             dim=-1,
         )
 
+    def repeated(self, count: int) -> Start:
+        """Return the windows with each one repeated ``count`` times."""
+        return self.rows(torch.arange(len(self), device=self.root.device).repeat_interleave(count))
+
     def rows(self, rows: torch.Tensor) -> Start:
         """Return some of the windows."""
         return Start(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..errors import UsageError
@@ -24,7 +25,7 @@ class Option:
     int or str. metavar: one name for each value of an occurrence. repeated: whether it may occur several times; its
     value is then a tuple of occurrences. default: the value where it is left out. minimum, maximum: bounds of numbers.
     switch: on the command line, where it differs from the name. choices: words that a text is made of, with commas
-    between several; the panel offers each.
+    between several; the panel offers each. for_actions: those words that belong to some actions alone, by action.
     """
 
     name: str
@@ -37,6 +38,11 @@ class Option:
     maximum: float | None = None
     switch: str = ""
     choices: tuple[str, ...] = ()
+    for_actions: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
+
+    def words(self, action: str) -> tuple[str, ...]:
+        """Return the choices for an action."""
+        return self.for_actions.get(action, ()) if self.for_actions else self.choices
 
     @property
     def flag(self) -> str:

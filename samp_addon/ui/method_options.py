@@ -40,11 +40,18 @@ def annotations() -> dict[str, object]:
 
 
 def draw(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, method: Method) -> None:
-    """Draw the chosen method's own options."""
-    for option in method.options:
-        if _shown(option):
-            column = layout.column(align=True) if option.choices else layout
-            column.prop(settings, _name(method, option))
+    """Draw the chosen method's own options; of words, those of the chosen action."""
+    for option in filter(_shown, method.options):
+        name = _name(method, option)
+        if not option.choices:
+            layout.prop(settings, name)
+            continue
+        words = option.words(settings.action)
+        if words:
+            layout.label(text=name.removeprefix(f"{method.name}_").replace("_", " ").title())
+            grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+            for word in words:
+                grid.prop_enum(settings, name, word)
 
 
 def values(settings: bpy.types.PropertyGroup, method: Method) -> dict[str, Any]:

@@ -7,7 +7,6 @@ import pytest
 from samp_blender.samp_addon import frames, rotation
 from samp_blender.samp_addon.methods.samp.finishing import finish, high_seat
 from samp_blender.samp_addon.methods.samp.finishing.resting import RestingTop
-from samp_blender.samp_addon.methods.samp.finishing.seat_edge import SeatFront
 from samp_blender.samp_addon.methods.samp.route import STANDS_AHEAD, Route, Routes
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
@@ -111,20 +110,6 @@ def test_a_batch_of_routes_equals_single_routes():
         assert Routes([route]).project(places[k : k + 1], behind[k : k + 1])[0] == pytest.approx(together[k])
         along = np.linspace(-1, 9, 7)[None]
         np.testing.assert_allclose(Routes(routes).at(np.tile(along, (5, 1)))[k], Routes([route]).at(along)[0])
-
-
-@pytest.mark.parametrize("sinks", [0.0, 0.05, 0.3])
-def test_seated_bodies_move_back_on_seats_of_any_height(sinks):
-    motion = glide("sit")
-    root = motion.root.copy()
-    root[:, 1] = 0.93 - (0.93 - root[:, 1]) * sinks / 0.3
-    goal = np.concatenate([root[-1], [0.0, 0.0, 1.0], np.zeros(5)])
-    front = SeatFront(np.array([0.04]), np.array([-np.inf]), STANDS_AHEAD + 0.1)
-    back = finish.sit_back(replace(motion, root=root), goal, front).root
-    assert front.stand_off > 0.05
-    assert back[-1, 2] == pytest.approx(root[-1, 2] - front.stand_off, abs=1e-6)
-    np.testing.assert_allclose(back[: WALK - 20], root[: WALK - 20], atol=1e-9)
-    assert np.abs(np.diff(back[:, 2])).max() < 0.05
 
 
 @pytest.mark.parametrize("rise, hang", [(0.3, True), (0.0, False)])

@@ -1,9 +1,9 @@
-"""The front of a seat: where a body stands in front of it, and shins that stay out of it."""
+"""The front of a seat: shins that stay out of it."""
 
 import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
-from samp_blender.samp_addon.methods.samp.finishing.seat_edge import MAX_STAND_OFF, SHIN, SeatFront
+from samp_blender.samp_addon.methods.samp.finishing.seat_edge import SHIN, SeatFront
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.scene.geometry import sample_surface
 from shapes import box
@@ -38,21 +38,6 @@ def shin_ahead(motion, share):
     positions, _ = motion.forward_kinematics()
     at = lambda name: positions[:, [skeleton.INDEX[f"left_{name}"], skeleton.INDEX[f"right_{name}"]], 2]
     return at("ankle") + share * (at("knee") - at("ankle"))
-
-
-@pytest.mark.parametrize(
-    "depth, least, most", [(0.2, 0.0, 0.08), (0.35, 0.15, 0.3), (0.9, 0.25, MAX_STAND_OFF)]
-)
-def test_the_stand_off_grows_with_the_depth_of_the_seat(depth, least, most):
-    assert least <= front(box((-0.5, 0.0, -0.5), (0.5, 0.43, depth))).stand_off <= most
-
-
-def test_networks_that_go_to_the_seated_pelvis_need_no_stand_off():
-    points, _ = sample_surface(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.35)), 20000, seed=0)
-    usual, true_goals = (SeatFront.of(points, GOAL, 0.0, flag) for flag in (False, True))
-    assert usual.stand_off > 0.1
-    assert true_goals.stand_off == 0
-    assert np.array_equal(usual.edge, true_goals.edge)
 
 
 @pytest.mark.parametrize("floor", [0.0, 1.2])

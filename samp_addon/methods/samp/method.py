@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...errors import SampError, UsageError
-from ...vocabulary import ACTIONS, POSTURE_NAMES, SEATED
+from ...vocabulary import ACTIONS, POSTURE_NAMES, POSTURES, SEATED
 from ..method import Draw, Option, require_place
 from . import postures, weights_file
 
@@ -32,6 +32,7 @@ POSTURE = Option(
     kind=str,
     metavar=("POSTURE",),
     choices=POSTURE_NAMES,
+    for_actions=POSTURES,
 )
 
 

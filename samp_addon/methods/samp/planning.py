@@ -13,6 +13,7 @@ from ...clock import Clock
 from ...errors import NoPlaceError, PathError, SampError
 from ...frames import yaw_direction
 from ...motion import Goal, Motion
+from ...scene import flights
 from ...scene.distance import solids
 from ...scene.distance.signed_distance import LARGE
 from ...scene.furniture.floor import floor_beside
@@ -96,6 +97,7 @@ class Planner:
             free=self._kept_clear(waypoints, goal) if narrow or self._cramped(goal) else None,
             posture=self._posture,
             posture_places=places,
+            flights=flights.find(waypoints, self.scene.geometry.triangles),
         )
 
     def take(self, seed: int, request: Request, motion: Motion) -> Take:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...motion import Goal, Motion
+from ...scene.flights import Flight
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Request:
     the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground. free: where
     the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which a body fits.
     posture: of the rest, see postures.py; drawn if empty. posture_places: returns the
-    postures for which there is a place; only networks that know postures ask.
+    postures for which there is a place; only networks that know postures ask. flights: of stairs, on the way-points.
     """
 
     start_position: np.ndarray
@@ -44,3 +45,4 @@ class Request:
     posture: tuple[str, ...] = ()
     posture_places: Callable[[], tuple[str, ...]] = tuple
     latent_seed: int | None = None
+    flights: Sequence[Flight] = ()

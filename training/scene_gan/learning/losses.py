@@ -1,4 +1,5 @@
-"""Losses: WGAN-GP with a target of 0.1 (section 4.2), and the inverse Huber loss of the depth (section 3.1)."""
+"""Losses: WGAN-GP with a target of 0.1 (section 4.2), the inverse Huber loss of the depth (section 3.1), and the
+error of the nearest of several draws."""
 
 from __future__ import annotations
 
@@ -6,7 +7,11 @@ from collections.abc import Callable
 
 import torch
 
+from ....models.scene_gan.projection import Motions
+
 PENALTY, TARGET = 10.0, 0.1
+SPEED = 10.0  # frames: weight of errors of velocity, metres per frame, beside those of position, metres
+TURN = 0.2  # metres: weight of errors of the 6-D rotations
 SHARE = 0.2  # share of the largest error up to which the inverse Huber loss is linear
 
 
@@ -35,3 +40,22 @@ def inverse_huber(made: torch.Tensor, true: torch.Tensor, known: torch.Tensor) -
     limit = (SHARE * error.max()).detach().clamp(min=1e-3)
     loss = torch.where(error <= limit, error, (error.square() + limit.square()) / (2 * limit))
     return (loss * known).sum() / known.sum().clamp(min=1)
+
+
+def nearest_of(made: Motions, true: Motions, draws: int, part: str) -> torch.Tensor:
+    """Return the mean error of the nearest of several draws of each window (the variety loss of Gupta et al. 2018).
+
+    made: draws * B windows, those of one start in a row. true: B windows. part: trained, of options.PARTS; for the
+    trajectory alone, only the pelvis counts. The errors are of positions, velocities (which keeps standing feet still)
+    and rotations.
+    """
+    rows = torch.arange(len(true.root), device=true.root.device).repeat_interleave(draws)
+    true = true.rows(rows)
+    if part == "trajectory":
+        apart = made.root - true.root
+        error = apart.norm(dim=-1).mean(1) + SPEED * (apart[:, 1:] - apart[:, :-1]).norm(dim=-1).mean(1)
+    else:
+        apart = made.joints - true.joints
+        error = apart.norm(dim=-1).mean((1, 2)) + TURN * (made.six - true.six).abs().mean((1, 2, 3))
+        error = error + SPEED * (apart[:, 1:] - apart[:, :-1]).norm(dim=-1).mean((1, 2))
+    return error.view(-1, draws).min(1).values.mean()

@@ -19,7 +19,8 @@ class Options:
     step of the generators. along: train the encoder together with the generators instead of caching its features.
     average: decay of the weights' running average, per step. crop: size of the context critic's crops.
     context_weight: of the context critic's score in the generators' loss; its gradient on the pelvis is hundreds of
-    times those of the others.
+    times those of the others. draws: of each window, whose nearest one is drawn to the true window; 0 trains by the
+    critics alone, as the paper does. draws_weight: of its error in the generators' loss.
     """
 
     settings: Settings = Settings()
@@ -33,6 +34,8 @@ class Options:
     average: float = 0.999
     crop: tuple[int, int] = (36, 64)
     context_weight: float = 1.0
+    draws: int = 0
+    draws_weight: float = 1.0
     seed: int = 0
 
     def __post_init__(self) -> None:

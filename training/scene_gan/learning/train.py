@@ -52,6 +52,9 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--pairs", type=int, help="use so many pairs of windows and pictures (default: all)")
     made.add_argument("--rate", type=float)
     made.add_argument("--average", type=float)
+    made.add_argument("--draws", type=int, help="also train the nearest of so many draws towards the truth")
+    made.add_argument("--draws-weight", type=float)
+    made.add_argument("--critics", nargs="*", choices=options.CRITICS, help="default: those of the row; none")
     made.add_argument("--context-weight", type=float)
     made.add_argument("--along", action="store_true", default=None, help="train the encoder as well")
     made.add_argument("--checkpoint", type=float, default=300.0, help="seconds between checkpoints")
@@ -115,11 +118,13 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser().parse_args(arguments)
     torch.set_num_threads(chosen.threads)
     names = ("part", "view", "batch", "critic_steps", "width", "noise", "pose_noise", "encoder_width", "seed", "rate",
-             "average", "along", "context_weight")  # fmt: skip
+             "average", "along", "context_weight", "draws", "draws_weight")  # fmt: skip
     wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
     if chosen.part in ("trajectory", "pose"):
         kept = {"trajectory": ("trajectory",), "pose": ("pose",)}[chosen.part]
         wanted = replace(wanted, critics=kept)
+    if chosen.critics is not None:
+        wanted = replace(wanted, critics=tuple(chosen.critics))
     chosen.work.mkdir(parents=True, exist_ok=True)
     (chosen.work / "options.json").write_text(json.dumps(asdict(wanted), indent=1) + "\n")
     data = dataset.load(chosen.data, chosen.device, resident=chosen.device != "cpu")

@@ -51,7 +51,10 @@ class Trainer:
         adam = lambda values: torch.optim.Adam(
             values, options.rate, betas=(0.5, 0.999), fused=on_gpu or None, capturable=on_gpu
         )
-        self.generator_steps, self.critic_steps = adam(trained), adam(self.critics.parameters())
+        self.generator_steps, self.critic_steps = (
+            adam(trained),
+            adam(self.critics.parameters() if self.critics else [torch.zeros(1)]),
+        )
         self.average = {k: v.detach().clone() for k, v in self.networks.state_dict().items()}
         self.features: torch.Tensor | None = None
         self.step_number = 0
@@ -107,14 +110,16 @@ class Trainer:
             self.cache_features()
         return self.features[batch.mirrored.long(), batch.pairs].float()
 
-    def draw(self, batch: Batch, scene: torch.Tensor) -> Motions:
-        """Return generated windows for a batch, by the trained part."""
+    def draw(self, batch: Batch, scene: torch.Tensor, count: int = 1) -> Motions:
+        """Return ``count`` generated windows in a row for each one of a batch, by the trained part."""
+        start, scene = batch.start.repeated(count), scene.repeat_interleave(count, 0)
         if self.options.part == "trajectory":
-            start, made = batch.start, self.networks.trajectory
+            made = self.networks.trajectory
             velocities = made(made.latent.draw(len(start), self.draws), scene, start)
-            return Motions.of(start, velocities, start.six[:, None].expand(-1, 64, -1, -1))
+            return Motions.moved(start, velocities)
         known = batch.motions.velocities if self.options.part == "pose" else None
-        return self.networks.draw(scene, batch.start, self.draws, known)
+        known = None if known is None else known.repeat_interleave(count, 0)
+        return self.networks.draw(scene, start, self.draws, known)
 
     def _inputs(self, name: str, motions: Motions, batch: Batch) -> torch.Tensor:
         critic = self.critics[name]
@@ -136,7 +141,7 @@ class Trainer:
         self.graph = cuda_graph.recorded(self._train, (self.critic_steps, self.generator_steps), WARM_UP)
 
     def _train(self) -> None:
-        for _ in range(self.options.critic_steps):
+        for _ in range(self.options.critic_steps if self.critics else 0):
             self._train_critics(self.data.sample(self.options.batch, self.draws))
         self._train_generators(self.data.sample(self.options.batch, self.draws))
 
@@ -160,8 +165,14 @@ class Trainer:
 
     def _train_generators(self, batch: Batch) -> None:
         scene = self.scene(batch)
-        made = self.draw(batch, scene)
+        draws = self.options.draws
+        made = self.draw(batch, scene, max(draws, 1))
         total = torch.zeros((), device=scene.device)
+        if draws:
+            nearest = losses.nearest_of(made, batch.motions, draws, self.options.part)
+            self._note("nearest", nearest)
+            total = total + self.options.draws_weight * nearest
+            made = made.rows(slice(None, None, draws))
         for name, critic in self.critics.items():
             score = critic(self._inputs(name, made, batch), scene.detach(), batch.start).mean()
             total = total - score * (self.options.context_weight if name == "context" else 1.0)

@@ -13,12 +13,14 @@ from ....motion import Motion
 from ....refine.feet.foot_lock import lock_feet
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
+from ..unfolding import Unfolded
 from . import crossing, hands, high_seat
 from .leaning import SeatBack
 from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
 from .resting import RestingTop
 from .seat_edge import SeatFront
+from .stairs import climb
 from .terrain import Ground, follow
 
 LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining error is removed
@@ -31,7 +33,6 @@ BUSY = 0.5  # weight of the action above which the character is sitting or lying
 CORRECTIONS = (
     "smoothing",
     "goal",
-    "stand_off",
     "shins",
     "raised_back",
     "leaning",
@@ -64,13 +65,14 @@ def finish(
     posture: Collection[str] = (),
     ground: Ground | None = None,
     free: FreeFloor | None = None,
+    unfolded: Unfolded | None = None,
     without: Collection[str] = (),
 ) -> Motion:
     """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
-    travelled: (T,) metres along the route. front: of the seat; the route's goal lies its stand-off in front of the
-    final place of the pelvis. top: of the object that the body rests on. back: of the seat, if the body leans on it.
-    posture: of the rest. ground: under the feet. free: floor of a narrow way. without: CORRECTIONS that are left out.
+    travelled: (T,) metres along the route. front: of the seat. top: of the object that the body rests on. back: of
+    the seat, if the body leans on it. posture: of the rest. ground: under the feet. free: floor of a narrow way.
+    unfolded: the path over stairs, on which the motion is. without: CORRECTIONS that are left out.
     """
     wanted = frozenset(CORRECTIONS) - frozenset(without)
     goal = route.goals[-1]
@@ -80,13 +82,15 @@ def finish(
         motion = settle_on_goal(motion, goal, action)
     if start is not None:
         motion = _on_object(motion, goal, front, top, back, posture, wanted)
-    if "narrow_way" in wanted:
+    if "narrow_way" in wanted and unfolded is None:
         seated = 0.0 if start is None else _lift_weight(motion)
         motion = keep_on(motion, free, np.ones(len(motion)) - seated)
     if "feet" in wanted:
         if start is not None:
             motion = high_seat.without_contacts(motion, _seated(motion))
         motion = lock_feet(motion)
+    if unfolded is not None and ground is not None:
+        return climb(motion, travelled, unfolded, ground)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
     motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
     return follow(motion, heights, ground)
@@ -98,19 +102,16 @@ def _on_object(
 ) -> Motion:  # fmt: skip
     """Return the motion with the corrections that the object asks for. goal: row of Route.goals."""
     if front is not None:
-        place = np.concatenate([goal[:3] - front.stand_off * goal[3:6], goal[3:]])
-        if "stand_off" in wanted:
-            motion = sit_back(motion, goal, front)
         if "shins" in wanted:
-            motion = front.clear_shins(motion, place)
+            motion = front.clear_shins(motion, goal)
         up = np.flatnonzero(~_seated(motion))
         seated = int(up[-1]) + 1 if len(up) else 0
         if back is not None and "leaning" in wanted:
-            motion = back.leaned_on(motion, place, seated)
+            motion = back.leaned_on(motion, goal, seated)
         if "hands" in wanted:
-            motion = hands.rested(motion, place, seated, posture, top)
+            motion = hands.rested(motion, goal, seated, posture, top)
         if "crossing" in wanted and "legs_crossed" in posture:
-            motion = crossing.crossed(motion, place, seated)
+            motion = crossing.crossed(motion, goal, seated)
     if top is not None:
         if top.back and "raised_back" in wanted:
             motion = raise_trunk(motion, goal, top.back)
@@ -119,12 +120,6 @@ def _on_object(
             if front is not None:
                 motion = high_seat.with_level_thighs(motion, top, _seated(motion))
     return motion
-
-
-def sit_back(motion: Motion, goal: np.ndarray, front: SeatFront) -> Motion:
-    """Move the pelvis back by the seat's stand-off while it sinks. goal: row of Route.goals."""
-    back = -front.stand_off * goal[3:6]
-    return replace(motion, root=motion.root + _lift_weight(motion)[:, None] * back)
 
 
 def smoothed(motion: Motion, sigma: float = SMOOTHING) -> Motion:

@@ -1,9 +1,7 @@
-"""The front of a seat: how far in front of it a body stands, and where shins and feet have room while it sits.
+"""The front of a seat: where shins and feet have room while a body sits.
 
-The captured sits are on stools: people stand with the seat against their calves, 20 cm in front of the final place of
-the pelvis, and pull their feet in below the seat. On a deep seat that place is inside the cushion, and a sofa has no
-room below it. So the goal of the rollout is farther forward, the pelvis moves back by the difference while it sinks,
-and feet that would be inside the seat are moved out of it.
+People sit down with the seat against their calves, and on stools they pull their feet in below it. A sofa has no room
+there: feet that would be inside the seat are moved out of it.
 """
 
 from __future__ import annotations
@@ -17,10 +15,7 @@ from ....easing import anticipate
 from ....motion import Goal, Motion
 from ....refine.inverse_kinematics import solve_limb
 from ....scene.seats.postures import SEAT_TO_PELVIS
-from ..route import STANDS_AHEAD
 
-CALF_BEHIND = 0.07  # metres from the standing pelvis back to the calves' skin
-MAX_STAND_OFF = 0.30
 SHIN = 0.065  # metres from the line of knee and ankle to the calf's skin
 MAX_FORWARD = 0.30  # metres by which a foot is moved
 CLOSE = 0.6  # horizontal metres from the pelvis to the goal within which a body is sitting down
@@ -34,41 +29,29 @@ class SeatFront:
     """The front of an object below and at its seat, metres.
 
     heights: (H,) above the floor. edge: (H,) how far the object extends in front of the seated pelvis at these
-    heights, minus infinity where there is nothing. seat_edge: how far the seat itself does.
-    true_goals: whether the network goes to the place of the seated pelvis itself, so that no stand-off is needed.
+    heights, minus infinity where there is nothing.
     """
 
     heights: np.ndarray
     edge: np.ndarray
-    seat_edge: float
-    true_goals: bool = False
 
     @classmethod
-    def of(cls, points: np.ndarray, goal: Goal, floor: float, true_goals: bool = False) -> SeatFront:
+    def of(cls, points: np.ndarray, goal: Goal, floor: float) -> SeatFront:
         """Measure the front of an object, as a body on ``goal`` meets it.
 
-        points: (N, 3) on its surface, twenty thousand or more. floor: height of the floor. true_goals: see the class.
+        points: (N, 3) on its surface, twenty thousand or more. floor: height of the floor.
         """
         away = points - goal.position
         ahead = away @ goal.direction
         aside = np.abs(away @ np.array([goal.direction[2], 0.0, -goal.direction[0]]))
         before = (aside < _HALF_WIDTH) & (ahead > -0.3) & (ahead < 0.6)
-        level = before & (ahead > 0) & (np.abs(away[:, 1] + SEAT_TO_PELVIS) < 0.08)
-        seat = float(np.percentile(ahead[level], 98)) if level.sum() > 20 else 0.0
         heights = np.arange(STEP, max(goal.position[1] - floor - SEAT_TO_PELVIS, 2 * STEP), STEP)
         edge = np.full(len(heights), -np.inf)
         for k, height in enumerate(heights):
             slab = before & (np.abs(points[:, 1] - floor - height) < STEP)
             if slab.sum() > 5:
                 edge[k] = np.percentile(ahead[slab], 98)
-        return cls(heights, edge, seat, true_goals)
-
-    @property
-    def stand_off(self) -> float:
-        """Return the metres by which the goal of the rollout lies in front of the seated pelvis."""
-        if self.true_goals:
-            return 0.0
-        return float(np.clip(self.seat_edge + CALF_BEHIND - STANDS_AHEAD, 0.0, MAX_STAND_OFF))
+        return cls(heights, edge)
 
     def clear_shins(self, motion: Motion, goal: np.ndarray) -> Motion:
         """Move feet forward as far as shins and heels would otherwise be inside the object.

@@ -151,5 +151,6 @@ def _finished(
         take.posture,
         request.ground,
         request.free,
+        take.unfolded,
         without,
     )

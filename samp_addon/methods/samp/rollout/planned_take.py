@@ -19,6 +19,7 @@ from ..finishing.resting import RestingTop
 from ..finishing.seat_edge import SeatFront
 from ..request import Request
 from ..route import Route
+from ..unfolding import Unfolded
 
 if TYPE_CHECKING:
     from .....models.motion_net import MotionNet
@@ -33,7 +34,7 @@ class PlannedTake:
     """A take before its rollout.
 
     posture: of the rest, as asked for or drawn. front, top: of its object, or None where it has none. back: of a seat,
-    if the body leans on it.
+    if the body leans on it. unfolded: the path over stairs, on which the route lies; None without stairs.
     """
 
     request: Request
@@ -42,6 +43,12 @@ class PlannedTake:
     front: SeatFront | None = None
     top: RestingTop | None = None
     back: SeatBack | None = None
+    unfolded: Unfolded | None = None
+
+    @property
+    def moved(self) -> np.ndarray:
+        """Metres (3,) by which the start is moved, so that the route is as long as the rollout needs it."""
+        return np.zeros(3) if self.unfolded is None else self.unfolded.moved[0]
 
 
 def plan_takes(requests: Sequence[Request], net: MotionNet) -> list[PlannedTake]:
@@ -71,10 +78,11 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
     for take in takes:
         request = take.request
         if request.after is not None:
-            starts.append(Start.after(request.after, float(take.route.points[0][1])))
+            after = replace(request.after, root=request.after.root + take.moved)
+            starts.append(Start.after(after, float(take.route.points[0][1])))
             continue
         pick = request.seed % len(heights)
-        root = np.array([*request.start_position[[0, 2]], request.start_yaw])
+        root = np.array([*(request.start_position + take.moved)[[0, 2]], request.start_yaw])
         starts.append(Start.standing(float(heights[pick]), poses[pick].double().numpy(), root))
     centres, occupancy = _objects(takes, bool(net.goal_grid))
     tensor = lambda values: torch.as_tensor(np.asarray(values), dtype=torch.float32)
@@ -102,23 +110,24 @@ def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
 
 
 def _plan(request: Request, points: np.ndarray | None, net: MotionNet) -> PlannedTake:
-    """Plan one take; the goal on a deep seat is moved forward unless the network knows true goals, see seat_edge.py.
-
-    points: (N, 3) on the surface of its object, or None.
-    """
+    """Plan one take. points: (N, 3) on the surface of its object, or None."""
     goal, front, top, back = request.goal, None, None, None
     posture = _posture(request, net)
     if points is not None:
         floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
         top = RestingTop.of(points, goal, floor)
         if request.action == "sit":
-            front = SeatFront.of(points, goal, floor, bool(net.goal_grid))
+            front = SeatFront.of(points, goal, floor)
             if "hands_on_table" not in posture:
                 most = leaning.MOST if "lean_back" in posture else leaning.UPRIGHT_MOST
                 back = SeatBack.of(points, goal, most)
-            goal = replace(goal, position=goal.position + front.stand_off * np.asarray(goal.direction))
-    route = Route(request.start_position, request.waypoints, goal, request.action)
-    return PlannedTake(request, route, posture, front, top, back)
+    unfolded = Unfolded.of(request.waypoints, request.flights) if len(request.flights) else None
+    if unfolded is None:
+        route = Route(request.start_position, request.waypoints, goal, request.action)
+    else:
+        start = request.start_position + unfolded.moved[0]
+        route = Route(start, unfolded.points, goal, request.action)
+    return PlannedTake(request, route, posture, front, top, back, unfolded)
 
 
 def _objects(takes: Sequence[PlannedTake], goal_grid: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -141,7 +150,6 @@ def _objects(takes: Sequence[PlannedTake], goal_grid: bool) -> tuple[np.ndarray,
             if key not in grids:
                 grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
             grid = grids[key]
-        moved = (take.front.stand_off if take.front else 0.0) * np.asarray(request.goal.direction)
-        centres[k] = grid.centres + moved - np.array([0.0, floor, 0.0])
+        centres[k] = grid.centres - np.array([0.0, floor, 0.0])
         occupancy[k] = grid.occupancy
     return centres, occupancy
