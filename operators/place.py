@@ -163,7 +163,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
             and max(abs(a - b) for a, b in zip(at, self._pressed, strict=True)) > DRAGGED
         ):
             self._turned = reading.facing(context, self._spot, *at)
-            self._show(context, self._placer.at(self._hit, self.choice, self._turned))
+            self._light_up(context, self._placer.at(self._hit, self.choice, self._turned))
 
     def _look(self, context: bpy.types.Context, event: bpy.types.Event) -> None:
         from ..samp_addon.blender.placing import reading
@@ -172,9 +172,9 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         spot, self._hit = reading.under_mouse(context, self._placer, *at, self.choice)
         if self.choice and spot is not None and before is not None and spot.target != before.target:
             self.choice, spot = 0, self._placer.at(self._hit)
-        self._show(context, spot)
+        self._light_up(context, spot)
 
-    def _show(self, context: bpy.types.Context, spot: Spot | None) -> None:
+    def _light_up(self, context: bpy.types.Context, spot: Spot | None) -> None:
         self._spot = spot
         piece, floor = self._placer.shown(spot) if spot is not None else (None, 0.0)
         self._figure.show(spot, piece, floor)
