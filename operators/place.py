@@ -138,14 +138,14 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
 
     def _aim(self, context: bpy.types.Context) -> str:
         """Read the scene, and follow the mouse from now on."""
-        from ..samp_addon.blender.character import character
         from ..samp_addon.blender.placing import figure, reading
+        from ..samp_addon.blender.rigs import performers
         from ..samp_addon.ui import job_from_settings
 
         owner = job_from_settings.owner(context)
         self._placer = reading.read(context, owner)
         threading.Thread(target=self._placer.survey, daemon=True).start()
-        self._figure = figure.PlaceFigure(None if owner is None else character.body_of(owner))
+        self._figure = figure.PlaceFigure(None if owner is None else performers.body_of(owner))
         self._aiming, self._added = True, 0
         context.window.cursor_modal_set("CROSSHAIR")
         context.workspace.status_text_set(HINT)

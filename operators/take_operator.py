@@ -20,7 +20,7 @@ class TakeOperator:
     )
     character: StringProperty(
         name="Character",
-        description="SMPL-X armature; if empty, the active one or the only one",
+        description="SMPL-X armature or other rig; if empty, the active one or the only one",
         options={"SKIP_SAVE"},
     )
 
@@ -37,10 +37,12 @@ class TakeOperator:
 
     def owner(self, context: bpy.types.Context) -> bpy.types.Object:
         """Return the character. Raise SampError where there is none."""
-        from ..samp_addon.blender.character import armature
+        from ..samp_addon.blender.rigs import performers
         from ..samp_addon.ui import job_from_settings
 
-        return armature.find(context, self.character or job_from_settings.character_name(context.scene.samp))
+        return performers.find(
+            context, self.character or job_from_settings.character_name(context.scene.samp)
+        )
 
     def take(self, context: bpy.types.Context) -> bpy.types.Action:
         """Return the take. Raise SampError where there is none."""

@@ -85,12 +85,12 @@ class ThreadOperator:
 
     def _start(self, context: bpy.types.Context) -> str:
         """Start the work itself, and the figure that previews it."""
-        from ..samp_addon.blender.character import character
         from ..samp_addon.blender.overlays import ghost
+        from ..samp_addon.blender.rigs import performers
 
         self._run = self.begin(context)
         owner = self._run.owner
-        self._ghost = ghost.Ghost(None if owner is None else character.body_of(owner))
+        self._ghost = ghost.Ghost(None if owner is None else performers.body_of(owner))
         return ""
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -10,10 +10,17 @@ from dataclasses import dataclass
 
 import torch
 
-from . import kinematics
+from . import constants, kinematics
 
 FPS = 30
-_SCALES = {"speed": 1 / FPS, "place": 3.0}  # m/s -> about 1 m per second; metres
+JOINT, TURN, SPEED = 0.15, 0.15, 0.2
+PELVIS_SPEED, PLACE, HEIGHT, CAMERA = 0.3, 1.0, 0.15, 0.15
+STANDING = 0.9
+"""What the numbers of a condition are divided by, so that each varies by about one in the data set: joints away from
+the rest pose, metres; 6-D rotations; velocities of joints and of the pelvis, m/s; place and height of the pelvis,
+metres, the latter from STANDING on; pitch, roll and lens of the camera. In metres, poses varied by a seventh of scene
+and noise, and the generators hardly saw them."""
+
 SIZE = kinematics.JOINTS * (3 + 6 + 3) + 3 + 3 + 1 + 3
 """Numbers of `condition`: joints x (position, 6-D rotation, velocity), root velocity, place, height, camera."""
 
@@ -47,17 +54,23 @@ class Start:
 
     def condition(self) -> torch.Tensor:
         """Return the numbers (B, SIZE) that are input to networks."""
+        upright = constants.numbers((1.0, 0.0, 0.0, 0.0, 1.0, 0.0), self.six.device)
         per_joint = torch.cat(
-            [self.positions, self.six, self.joint_velocity / _SCALES["speed"]], dim=-1
+            [
+                (self.positions - (self.rest - self.rest[:, :1])) / JOINT,
+                (self.six - upright) / TURN,
+                self.joint_velocity * FPS / SPEED,
+            ],
+            dim=-1,
         ).flatten(1)
         pitch, roll = self.camera[:, 2, 1], self.camera[:, 0, 1]
-        camera = torch.stack([pitch, roll, self.lens[:, 0]], -1)
+        camera = torch.stack([pitch, roll, self.lens[:, 0] - 1.0], -1) / CAMERA
         return torch.cat(
             [
                 per_joint,
-                self.root_velocity / _SCALES["speed"],
-                self.root / _SCALES["place"],
-                self.height[:, None],
+                self.root_velocity * FPS / PELVIS_SPEED,
+                self.root / PLACE,
+                (self.height[:, None] - STANDING) / HEIGHT,
                 camera,
             ],
             dim=-1,

@@ -50,7 +50,7 @@ def _get_take(settings: bpy.types.PropertyGroup) -> int:
 def _set_take(settings: bpy.types.PropertyGroup, index: int) -> None:
     """Show the clicked take on the character."""
     from ..blender.actions import notes
-    from ..blender.character import armature
+    from ..blender.rigs import performers
     from ..blender.takes import take_list
     from ..errors import SampError
 
@@ -58,7 +58,7 @@ def _set_take(settings: bpy.types.PropertyGroup, index: int) -> None:
     if not 0 <= index < len(actions) or not notes.is_take(actions[index]):
         return
     try:
-        owner = armature.find(bpy.context, job_from_settings.character_name(settings))
+        owner = performers.find(bpy.context, job_from_settings.character_name(settings))
         take_list.show(bpy.context, owner, actions[index])
     except SampError:
         # The character may be linked or deleted: there is nothing to show the take on.
@@ -93,7 +93,8 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
 
     character: PointerProperty(
         name="Character",
-        description="SMPL-X armature; if empty, the selected one, the only one, or a new human",
+        description="SMPL-X armature, or a Mixamo, Rigify, Unreal or other rig; if empty, the selected SMPL-X "
+        "armature, the only one, or a new human",
         type=bpy.types.Object,
         poll=is_character,
     )

@@ -93,7 +93,7 @@ def target(kind: str, dressed: bool = True) -> bpy.types.Object:
 
 def shown_bones(rig: bpy.types.Object) -> dict[str, str]:
     """Return joint -> deform bone: of a generated Rigify rig not the controls."""
-    known, bones = carry_to_rig._bones(rig)
+    known, bones = carry_to_rig.bones_of(rig)
     if known == "Rigify controls":
         deforming = next(names for names in maps.KNOWN if names.name == "Rigify bones")
         return deforming.found(bone.name for bone in rig.data.bones)
@@ -134,7 +134,7 @@ def played(rig: bpy.types.Object, action: bpy.types.Action) -> Shown:
 
 def carried(rig: bpy.types.Object, source: bpy.types.Object) -> retargeting.Retargeted:
     """Return the take that the rig is expected to show."""
-    bones = carry_to_rig._bones(rig)[1]
+    bones = carry_to_rig.bones_of(rig)[1]
     motion = keyframes.read_motion(source, source.animation_data.action)
     return retargeting.retarget(
         motion, read_rig.read(bpy.context, rig), bones, character.body_of(source).vertices
@@ -486,7 +486,7 @@ def test_the_table_is_what_counts(source):
 
 def _exchanged() -> None:
     rig = bpy.data.objects["Rig"]
-    bones = carry_to_rig._bones(rig)[1]
+    bones = carry_to_rig.bones_of(rig)[1]
     other = {"left": "right", "right": "left"}
     swap = lambda joint: "_".join(
         [other.get(joint.split("_")[0], joint.split("_")[0]), *joint.split("_")[1:]]

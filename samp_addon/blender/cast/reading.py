@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 
-from ...body import human
 from ...errors import SampError, UsageError
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
@@ -17,8 +16,9 @@ from ...pipeline.cast.role import CastWork, Role
 from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
 from ..actions import refine_action
-from ..character import armature, character, characters
+from ..character import characters
 from ..overlays import start_marker
+from ..rigs import performers
 from ..scene import preconditions, read_scene, read_view
 from ..takes import seen
 from . import furniture, looking, others
@@ -42,6 +42,7 @@ def read(context: bpy.types.Context, cast: Cast, from_markers: bool = False) -> 
     """
     people = characters.people(context)
     owners = tuple(_named(member, lambda member=member: _owner(context, member)) for member in cast.members)
+    people += [owner for owner in owners if owner is not None and owner not in people]
     strangers = others.moving(context, people, owners)
     geometry = read_scene.read_scene(context, [*people, *strangers])
     reader = _Reader(context, geometry, [*people, *strangers], cast, from_markers)
@@ -98,7 +99,7 @@ class _Reader:
                 )
             )
         self._check(member, owner, views)
-        body = human.load() if owner is None else character.body_of(owner)
+        body = performers.body_of(owner)
         return Role(member, pieces, tuple(views), body)
 
     def _check(
@@ -158,7 +159,7 @@ def _target(member: Member) -> str:
 
 
 def _owner(context: bpy.types.Context, member: Member) -> bpy.types.Object | None:
-    return armature.find(context, member.job.character) if member.job.character else None
+    return performers.find(context, member.job.character) if member.job.character else None
 
 
 def _named(member: Member, work: Callable[[], object]) -> object:

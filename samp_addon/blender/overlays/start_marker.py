@@ -13,6 +13,7 @@ from ... import frames
 from ...pipeline.job import Job
 from ..character import start
 from ..character.start import Place
+from ..rigs import performers
 from ..scene.candidates import OVERLAY_KEY
 
 MARKER_KEY = "samp_start_marker"
@@ -24,7 +25,7 @@ def show(context: bpy.types.Context, owner: bpy.types.Object) -> bpy.types.Objec
     """Put a character's marker at its stored start and return it; create start and marker if they are missing."""
     context.view_layer.update()
     if start.stored(owner) is None:
-        start.store(owner, start.first_start(owner))
+        start.store(owner, _first(owner))
     marker = find(owner) or _create(context, owner)
     marker.matrix_world = _matrix(start.stored(owner))
     context.view_layer.update()
@@ -45,7 +46,7 @@ def place(context: bpy.types.Context, owner: bpy.types.Object) -> Place:
         ahead = frames.to_network(world[:3, 2])
         if np.linalg.norm(ahead[[0, 2]]) > 1e-6:
             return frames.to_network(world[:3, 3]), float(frames.direction_yaw(ahead))
-    return start.stored(owner) or start.first_start(owner)
+    return start.stored(owner) or _first(owner)
 
 
 def at_marker(context: bpy.types.Context, job: Job, owner: bpy.types.Object | None) -> Job:
@@ -54,6 +55,10 @@ def at_marker(context: bpy.types.Context, job: Job, owner: bpy.types.Object | No
         return job
     position, yaw = place(context, owner)
     return replace(job, start=(*map(float, frames.to_blender(position)), math.degrees(yaw)))
+
+
+def _first(owner: bpy.types.Object) -> Place:
+    return performers.standing_floor(owner) if performers.is_rig(owner) else start.first_start(owner)
 
 
 def _create(context: bpy.types.Context, owner: bpy.types.Object) -> bpy.types.Object:

@@ -9,11 +9,13 @@ import bpy
 import numpy as np
 
 from ... import skeleton
+from ...body import human
 from ...errors import SampError
+from ...motion import Motion
 from ...rigs import guessing, maps, retargeting
 from ...rigs.rig import Rig
 from .. import compat
-from ..actions import channels, keyframes
+from ..actions import channels, keyframes, notes
 from ..character import armature, character, characters
 from . import bone_table, read_rig
 
@@ -71,7 +73,7 @@ def carry_to_rig(
     keyframes.require_editable(owner)
     start = int(np.floor(take.frame_range[0])) if frame_start is None else frame_start
     motion = keyframes.read_motion(source, take, start, frame_end, context.scene)
-    known, bones = _bones(owner)
+    known, bones = bones_of(owner)
     rig = read_rig.read(context, owner)
     _require_movable(owner, bones.get("pelvis", ""))
     carried = retargeting.retarget(motion, rig, bones, character.body_of(source).vertices)
@@ -87,6 +89,33 @@ def carry_to_rig(
     body = sum(joint in bones for joint in skeleton.BODY_JOINTS)
     constrained = tuple(rig.names[link.bone] for link in carried.fit.links if rig.constrained[link.bone])
     return Result(owner, action, take, known, body, carried.missed(), switched, constrained)
+
+
+def write_take(
+    context: bpy.types.Context, owner: bpy.types.Object, motion: Motion, name: str, frame_start: int
+) -> tuple[bpy.types.Action, list[str]]:
+    """Write a motion of the default human as a new Action of a rig, which stays inactive.
+
+    Return it, and a sentence for each thing that is not exact. Raise SampError as `carry_to_rig` does.
+    """
+    _, bones = bones_of(owner)
+    rig = read_rig.read(context, owner)
+    _require_movable(owner, bones.get("pelvis", ""))
+    motion = motion.resampled(keyframes.frames_per_second(context.scene))
+    carried = retargeting.retarget(motion, rig, bones, human.load().vertices)
+    action = bpy.data.actions.new(name)
+    try:
+        _write(owner, rig, carried, action, frame_start)
+    except BaseException:
+        bpy.data.actions.remove(action)
+        raise
+    action.use_fake_user = True
+    action[characters.CARRIED] = {"action": "", "armature": "", "rig": owner.name}
+    notes.write_motion(action, motion, frame_start)
+    action[notes.CHARACTER_KEY] = owner.name
+    missed = carried.missed()
+    off = f"A foot of '{owner.name}' is up to {100 * missed:.0f} cm off its place: the legs are too short to reach it."
+    return action, [off] if missed > REPORTED else []
 
 
 def guess_map(context: bpy.types.Context, target: str = "", keep: bool = True) -> Guess:
@@ -163,8 +192,11 @@ def _source(context: bpy.types.Context, name: str, owner: bpy.types.Object) -> b
     )
 
 
-def _bones(owner: bpy.types.Object) -> tuple[str, dict[str, str]]:
-    """Return the kind of rig, and joint -> bone: from the bone table if filled, or else from known names."""
+def bones_of(owner: bpy.types.Object) -> tuple[str, dict[str, str]]:
+    """Return the kind of rig, and joint -> bone: from the bone table if filled, or else from known names.
+
+    Raise SampError for a rig that is neither.
+    """
     table = bone_table.read(owner)
     if table:
         return "bone table", table

@@ -11,7 +11,7 @@ from ...errors import SampError
 from ...methods.scene_view import SceneView
 from ...scene import geometry
 from ..actions import keyframes
-from ..character import armature
+from ..rigs import performers
 from .open_scene import CONVERTED_KEY
 
 HEIGHTS = (0.5, 3.5)
@@ -45,8 +45,7 @@ def check_writable(context: bpy.types.Context, owner: bpy.types.Object | None) -
 
 
 def _check_size(context: bpy.types.Context, owner: bpy.types.Object) -> None:
-    rest = armature.calibrate(owner).rest_joints
-    height = float(np.ptp(rest[:, 1]))
+    height = performers.height(owner)
     if not HEIGHTS[0] <= height <= HEIGHTS[1]:
         raise SampError(
             f"'{owner.name}' is {height:.2g} units tall, and a unit is a metre here; "

@@ -14,10 +14,10 @@ from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...scene.geometry import SceneGeometry
 from ...vocabulary import SEATED
-from ..character import armature
 from ..overlays import goal_arrows, waypoints
 from ..placing import strokes
 from ..render import camera_picture
+from ..rigs import performers
 from ..sub_goals import placing
 from . import pieces, read_scene
 
@@ -82,7 +82,7 @@ def start_of(start: Sequence[float] | None, owner: bpy.types.Object | None) -> P
         return place(start)
     if owner is None:
         return None
-    return armature.standing_floor(owner)
+    return performers.standing_floor(owner)
 
 
 def place(numbers: Sequence[float]) -> Place:

@@ -32,6 +32,7 @@ from ..cast import others
 from ..character import armature, character, characters, start
 from ..edits import hand_targets, origin
 from ..overlays import start_marker
+from ..rigs import performers
 from ..scene import preconditions, read_scene, read_view
 from ..sub_goals import arrows
 from ..thread_run import Slices, ThreadRun, run_to_completion
@@ -118,11 +119,15 @@ def read(
         if new_character:
             raise SampError(f"'{owner.name}' has a shape already, and the sub-goals; leave out --shape.")
         job = replace(job, shape={})
+    if performers.is_rig(owner) and job.hand:
+        performers.require_smplx(owner, "a hand on something")
     people = characters.people(context)
+    people += [owner] if owner is not None and owner not in people else []
     people += others.moving(context, people, (owner,))
     geometry = read_scene.read_scene(context, people)
     before = None
     if owner is not None and job.start is None and start_from == "POSE":
+        performers.require_smplx(owner, "Start from Pose")
         before = continuing.read(context, owner)
     elif start_from == "MARKER":
         job = start_marker.at_marker(context, job, owner)
@@ -134,8 +139,8 @@ def read(
         for number, step in enumerate(job.steps)
     ]
     preconditions.check(context, owner, views)
-    shapes = body_shape.shapes(job.shape) if owner is None else character.shapes_of(owner)
-    body = human.load().shaped(shapes) if owner is None else character.body_of(owner)
+    shapes = body_shape.shapes(job.shape) if owner is None else performers.shapes_of(owner)
+    body = human.load().shaped(shapes) if owner is None else performers.body_of(owner)
     views = [replace(view, betas=betas.from_named(shapes)) for view in views]
     work = Work(job, continuing.views_after(views, before, job.seeds), body=body, pose=before and before.pose)
     if job.refine:
@@ -180,20 +185,15 @@ def in_slices(
     try:
         with rollback.recording():
             owner = plan.owner or _new_character(context, takes[0], plan)
-        body = character.body_of(owner)
+        body = performers.body_of(owner)
         for count, take in enumerate(takes):
             yield "Writing keyframes", count / len(takes)
             with rollback.recording():
                 motion, hands, missed = hand_targets.applied(
                     context, owner, take.motion, plan.work.job.hand, plan.frame_start
                 )
-                action = keyframes.write_motion(
-                    owner,
-                    motion,
-                    _name(plan.work.job, take),
-                    plan.frame_start,
-                    context.scene,
-                    False,
+                action, inexact = performers.write(
+                    context, owner, motion, _name(plan.work.job, take), plan.frame_start
                 )
             written.append(action)
             if take.goal is not None:
@@ -203,8 +203,8 @@ def in_slices(
             notes.write_ground(action, take.laid_ground)
             if hands:
                 notes.write_hands(action, hands, plan.frame_start)
-            shown, off = seen.shown_motion(context, owner, action)
-            remarked = replace(take, remarks=(*take.remarks, *missed, *off))
+            shown, off = performers.shown(context, owner, action, motion)
+            remarked = replace(take, remarks=(*take.remarks, *missed, *inexact, *off))
             measured.append(pool.submit(reporting.measured, shown, remarked, obstacles, body))
         for count, (take, action) in enumerate(zip(takes, written, strict=True)):
             while not wait(measured[count : count + 1], A_MOMENT).done:
@@ -247,7 +247,7 @@ def sentence(result: Result) -> str:
 def owner_of(context: bpy.types.Context, job: Job, new_character: bool) -> bpy.types.Object | None:
     """Return the armature that gets a job's takes, None where one is to be made; see `read`. Raise SampError."""
     if job.character:
-        return armature.find(context, job.character)
+        return performers.find(context, job.character)
     if any(read_view.passes_stored(step) for step in job.steps) and (found := arrows.owners(context)):
         return _only(context, found)
     if new_character or not any(armature.is_smplx(obj) for obj in context.scene.objects):

@@ -9,8 +9,8 @@ import bpy
 from ...errors import SampError
 from ...pipeline.cast.cast import Cast
 from ...pipeline.job import Job
-from ..character import armature
 from ..overlays import start_marker
+from ..rigs import performers
 from . import baking
 
 
@@ -35,4 +35,4 @@ def resolved(context: bpy.types.Context, job: Job | Cast, start_from: baking.Sta
 
 
 def _named(context: bpy.types.Context, job: Job) -> bpy.types.Object | None:
-    return armature.find(context, job.character) if job.character else None
+    return performers.find(context, job.character) if job.character else None

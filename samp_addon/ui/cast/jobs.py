@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 def selected_characters(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """Return the SMPL-X armatures that are selected, themselves or by a mesh that they deform."""
-    from ...blender.character import armature
+    """Return the SMPL-X armatures and other rigs that are selected, themselves or by a mesh that they deform."""
+    from ...blender.rigs import performers
 
     found = []
     for obj in context.selected_objects:
         owner = obj if obj.type == "ARMATURE" else obj.find_armature() if obj.type == "MESH" else None
-        if armature.is_smplx(owner) and owner not in found:
+        if performers.is_performer(owner) and owner not in found:
             found.append(owner)
     return sorted(found, key=lambda obj: obj.name)
 

@@ -8,12 +8,12 @@ from ...blender.scene import candidates
 
 
 def is_character(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
-    """Return whether an object is an SMPL-X armature."""
+    """Return whether an object is an SMPL-X armature, or a rig that takes can be carried to."""
     if obj.type != "ARMATURE":
         return False
-    from ...blender.character import armature
+    from ...blender.rigs import performers
 
-    return armature.is_smplx(obj)
+    return performers.is_performer(obj)
 
 
 def is_target(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:

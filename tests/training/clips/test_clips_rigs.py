@@ -38,7 +38,7 @@ def exported(path, kind: str, motion):
     rig = humanoids.make(kind)
     bpy.context.view_layer.objects.active = rig
     carry_to_rig.guess_map(bpy.context)
-    humanoids.dress(rig, carry_to_rig._bones(rig)[1])
+    humanoids.dress(rig, carry_to_rig.bones_of(rig)[1])
     carry_to_rig.carry_to_rig(bpy.context, rig.name, owner.name)
     for thing in bpy.context.scene.objects:
         thing.select_set(rig in (thing, thing.parent))

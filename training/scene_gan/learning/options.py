@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from ....models.scene_gan.networks import Settings
 
 CRITICS = ("trajectory", "pose", "projection", "context")
-PARTS = ("all", "trajectory", "pose")
+PARTS = ("all", "trajectory", "pose", "rough_pose")
 
 
 @dataclass(frozen=True)
@@ -15,12 +15,12 @@ class Options:
     """Settings of one training.
 
     critics: names in CRITICS. depth: whether the encoder was pretrained on depth (D of table 1). part: train both
-    generators together, the trajectory generator alone, or the pose generator on true trajectories. critic_steps: per
-    step of the generators. along: train the encoder together with the generators instead of caching its features.
-    average: decay of the weights' running average, per step. crop: size of the context critic's crops.
-    context_weight: of the context critic's score in the generators' loss; its gradient on the pelvis is hundreds of
-    times those of the others. draws: of each window, whose nearest one is drawn to the true window; 0 trains by the
-    critics alone, as the paper does. draws_weight: of its error in the generators' loss.
+    generators together, the trajectory generator alone, the pose generator on true trajectories, or only its dense
+    part, which does not see the scene. critic_steps: per step of the generators. along: train the encoder together with
+    the generators instead of caching its features. average: decay of the weights' running average, per step. crop: size
+    of the context critic's crops. context_weight: of the context critic's score in the generators' loss; its gradient
+    on the pelvis is hundreds of times those of the others. draws: of each window, whose nearest one is drawn to the
+    true window; 0 trains by the critics alone, as the paper does. draws_weight: of its error in the generators' loss.
     """
 
     settings: Settings = Settings()
@@ -37,6 +37,11 @@ class Options:
     draws: int = 0
     draws_weight: float = 1.0
     seed: int = 0
+
+    @property
+    def sees_scene(self) -> bool:
+        """Whether the trained part sees the scene."""
+        return self.part != "rough_pose"
 
     def __post_init__(self) -> None:
         unknown = set(self.critics) - set(CRITICS)

@@ -120,8 +120,8 @@ def main(arguments: list[str] | None = None) -> int:
     names = ("part", "view", "batch", "critic_steps", "width", "noise", "pose_noise", "encoder_width", "seed", "rate",
              "average", "along", "context_weight", "draws", "draws_weight")  # fmt: skip
     wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
-    if chosen.part in ("trajectory", "pose"):
-        kept = {"trajectory": ("trajectory",), "pose": ("pose",)}[chosen.part]
+    kept = {"trajectory": ("trajectory",), "pose": ("pose",), "rough_pose": ()}.get(wanted.part)
+    if kept is not None:
         wanted = replace(wanted, critics=kept)
     if chosen.critics is not None:
         wanted = replace(wanted, critics=tuple(chosen.critics))
@@ -139,7 +139,7 @@ def main(arguments: list[str] | None = None) -> int:
     else:
         for folder in chosen.begin:
             made.begin(folder / STATE, json.loads((folder / "options.json").read_text())["part"])
-    if not wanted.along:
+    if not wanted.along and wanted.sees_scene:
         made.cache_features(chosen.work)
     run = Run(made, chosen.work, not chosen.no_sheet)
     if chosen.device != "cpu" and not chosen.no_graph:

@@ -48,13 +48,12 @@ class Trainer:
         trained = [
             p for n, p in self.networks.named_parameters() if options.along or not n.startswith("encoder.")
         ]
+        momentum = 0.5 if options.critics else 0.9
         adam = lambda values: torch.optim.Adam(
-            values, options.rate, betas=(0.5, 0.999), fused=on_gpu or None, capturable=on_gpu
+            values, options.rate, betas=(momentum, 0.999), fused=on_gpu or None, capturable=on_gpu
         )
-        self.generator_steps, self.critic_steps = (
-            adam(trained),
-            adam(self.critics.parameters() if self.critics else [torch.zeros(1)]),
-        )
+        judging = list(self.critics.parameters()) or [torch.zeros(1)]  # Adam needs something
+        self.generator_steps, self.critic_steps = adam(trained), adam(judging)
         self.average = {k: v.detach().clone() for k, v in self.networks.state_dict().items()}
         self.features: torch.Tensor | None = None
         self.step_number = 0
@@ -106,6 +105,8 @@ class Trainer:
         """Return the scene features (B, scene) of a batch, cached unless the encoder is trained as well."""
         if self.options.along:
             return self.networks.encoder(self.data.views(self.options.settings.view, batch))
+        if not self.options.sees_scene:
+            return torch.zeros(len(batch.pairs), self.options.settings.scene, device=self.data.device)
         if self.features is None:
             self.cache_features()
         return self.features[batch.mirrored.long(), batch.pairs].float()
@@ -117,8 +118,14 @@ class Trainer:
             made = self.networks.trajectory
             velocities = made(made.latent.draw(len(start), self.draws), scene, start)
             return Motions.moved(start, velocities)
-        known = batch.motions.velocities if self.options.part == "pose" else None
-        known = None if known is None else known.repeat_interleave(count, 0)
+        known = None
+        if self.options.part in ("pose", "rough_pose"):
+            known = batch.motions.velocities.repeat_interleave(count, 0)
+        if self.options.part == "rough_pose":
+            made = self.networks.pose
+            return Motions.of(
+                start, known, made.roughly(made.latent.draw(len(start), self.draws), start, known)
+            )
         return self.networks.draw(scene, start, self.draws, known)
 
     def _inputs(self, name: str, motions: Motions, batch: Batch) -> torch.Tensor:
@@ -246,7 +253,8 @@ class Trainer:
         Critics that only one of the trainings has are left as they are.
         """
         state = torch.load(path, map_location=self.data.device, weights_only=True)
-        generators = ("trajectory.", "pose.", "joint.") if part == "all" else (f"{part}.",)
+        kinds = {"all": ("trajectory.", "pose.", "joint."), "rough_pose": ("pose.rough.",)}
+        generators = kinds.get(part, (f"{part}.",))
         own = {k: v for k, v in state["networks"].items() if k.startswith(generators)}
         self.networks.load_state_dict(self.networks.state_dict() | own)
         for name, critic in self.critics.items():

@@ -1,0 +1,107 @@
+"""Who plays a take: an SMPL-X armature, or a rig of another kind onto which takes are carried as they are written.
+
+For such a rig a take is made for the default human, and retargeted.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ... import frames
+from ...body import human
+from ...body.human import Human
+from ...errors import SampError
+from ...motion import Motion
+from ...rigs import maps
+from ..actions import keyframes
+from ..character import armature, character
+from ..takes import seen
+from . import bone_table, carry_to_rig
+
+
+def is_rig(obj: bpy.types.Object | None) -> bool:
+    """Return whether an object is the armature of a body of another kind: of known bones, or with a bone table."""
+    if obj is None or obj.type != "ARMATURE" or armature.is_smplx(obj):
+        return False
+    return bool(bone_table.read(obj)) or maps.recognise(bone.name for bone in obj.data.bones) is not None
+
+
+def is_performer(obj: bpy.types.Object | None) -> bool:
+    """Return whether an object can play takes."""
+    return armature.is_smplx(obj) or is_rig(obj)
+
+
+def find(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
+    """Return the performer of this name, or, without one, what `armature.find` returns. Raise SampError."""
+    named = context.scene.objects.get(name) if name else None
+    if named is not None:
+        owner = named if named.type == "ARMATURE" else named.find_armature()
+        if is_rig(owner):
+            return owner
+    return armature.find(context, name)
+
+
+def standing_floor(owner: bpy.types.Object) -> tuple[np.ndarray, float]:
+    """Return the floor (3,), metres, on which a performer stands, and its yaw, radians; network frame."""
+    if not is_rig(owner):
+        return armature.standing_floor(owner)
+    _, bones = carry_to_rig.bones_of(owner)
+    world = np.array(owner.matrix_world, dtype=np.float64)
+    head = lambda joint: frames.to_network(
+        (world @ np.append(np.array(owner.pose.bones[bones[joint]].head, dtype=np.float64), 1.0))[:3]
+    )
+    across = head("left_hip") - head("right_hip")
+    ends = [np.append(np.array(end, dtype=np.float64), 1.0) for bone in owner.data.bones
+            for end in (bone.head_local, bone.tail_local)]  # fmt: skip
+    lowest = min(frames.to_network((world @ end)[:3])[1] for end in ends)
+    pelvis = head("pelvis")
+    return np.array([pelvis[0], lowest, pelvis[2]]), float(np.arctan2(-across[2], across[0]))
+
+
+def body_of(owner: bpy.types.Object | None) -> Human:
+    """Return the body for which takes are made: the performer's own, the default human for rigs and for None."""
+    return human.load() if owner is None or is_rig(owner) else character.body_of(owner)
+
+
+def shapes_of(owner: bpy.types.Object) -> dict[str, float]:
+    """Return the weights of the body's shapes; see character.shapes_of."""
+    return {} if is_rig(owner) else character.shapes_of(owner)
+
+
+def height(owner: bpy.types.Object) -> float:
+    """Return the height of the rest pose in units of the scene."""
+    if not is_rig(owner):
+        return float(np.ptp(armature.calibrate(owner).rest_joints[:, 1]))
+    world = np.array(owner.matrix_world, dtype=np.float64)
+    ends = np.array(
+        [end for bone in owner.data.bones for end in (bone.head_local, bone.tail_local)], dtype=np.float64
+    )
+    return float(np.ptp((ends @ world[:3, :3].T)[:, 2]))
+
+
+def write(
+    context: bpy.types.Context, owner: bpy.types.Object, motion: Motion, name: str, frame_start: int
+) -> tuple[bpy.types.Action, list[str]]:
+    """Write a motion as a new Action of a performer, which stays inactive; return it, and what is not exact.
+
+    Raise SampError where Blender does not allow it; see keyframes.write_motion and carry_to_rig.write_take.
+    """
+    if not is_rig(owner):
+        return keyframes.write_motion(owner, motion, name, frame_start, context.scene, False), []
+    return carry_to_rig.write_take(context, owner, motion, name, frame_start)
+
+
+def shown(
+    context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types.Action, motion: Motion
+) -> tuple[Motion, list[str]]:
+    """Return the motion that Blender shows, see seen.shown_motion; for rigs the take's own ``motion``."""
+    return (motion, []) if is_rig(owner) else seen.shown_motion(context, owner, action)
+
+
+def require_smplx(owner: bpy.types.Object | None, what: str) -> None:
+    """Raise SampError where a performer is a rig, for which there is no ``what``."""
+    if owner is not None and is_rig(owner):
+        raise SampError(
+            f"'{owner.name}' is not an SMPL-X armature, which {what} needs; create a character for it."
+        )
