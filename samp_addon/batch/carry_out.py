@@ -9,7 +9,7 @@ from pathlib import Path
 from .. import dependencies
 from ..blender.cast import baking as cast_baking
 from ..blender.scene import open_scene
-from ..blender.takes import baking
+from ..blender.takes import baking, for_batch
 from ..errors import SampError, UsageError
 from ..methods.take import Take
 from ..pipeline import attempts
@@ -56,6 +56,9 @@ def carry_out(
             context, done = open_scene.open_for_job(made.scene or made.opened, made.units, made.up), []
 
             stopping.check()
+            for path, option in ((made.npz, "--npz"), (made.dataset, "--dataset")):
+                if path is not None:
+                    for_batch.require_smplx(context, made.job, option)
 
             def on_take(take: Take | CastTake) -> None:
                 done.append(take)

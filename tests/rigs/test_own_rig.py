@@ -109,3 +109,29 @@ def test_a_cast_of_a_rig_and_a_human(start):
     members = tuple(Member(job=job, name=f"Member {k}") for k, job in enumerate(jobs))
     made = cast_baking.run(bpy.context, Cast(members))
     assert made.owners[0] == rig and rig.animation_data.action is not None
+
+
+def test_the_batch_plays_takes_on_a_rig(start, tmp_path):
+    """With a preview; files of SMPL-X parameters are refused."""
+    from samp_blender.samp_addon.batch import main
+
+    rig_at("mixamo", start)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "room.blend"))
+    job = [
+        "--scene",
+        str(tmp_path / "room.blend"),
+        "--character",
+        "Rig",
+        "--action",
+        "sit",
+        "--target",
+        "Chair",
+    ]
+    common = [*job, "--report", str(tmp_path / "report.json")]
+    assert (
+        main.main([*common, "--output", str(tmp_path / "out.blend"), "--preview", str(tmp_path / "sheets")])
+        == 0
+    )
+    assert list((tmp_path / "sheets").glob("*.png"))
+    assert main.main([*common, "--npz", str(tmp_path / "takes")]) != 0
+    assert "which --npz needs" in (tmp_path / "report.json").read_text()

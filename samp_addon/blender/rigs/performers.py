@@ -46,17 +46,23 @@ def standing_floor(owner: bpy.types.Object) -> tuple[np.ndarray, float]:
     """Return the floor (3,), metres, on which a performer stands, and its yaw, radians; network frame."""
     if not is_rig(owner):
         return armature.standing_floor(owner)
-    _, bones = carry_to_rig.bones_of(owner)
     world = np.array(owner.matrix_world, dtype=np.float64)
-    head = lambda joint: frames.to_network(
-        (world @ np.append(np.array(owner.pose.bones[bones[joint]].head, dtype=np.float64), 1.0))[:3]
-    )
-    across = head("left_hip") - head("right_hip")
     ends = [np.append(np.array(end, dtype=np.float64), 1.0) for bone in owner.data.bones
             for end in (bone.head_local, bone.tail_local)]  # fmt: skip
     lowest = min(frames.to_network((world @ end)[:3])[1] for end in ends)
-    pelvis = head("pelvis")
-    return np.array([pelvis[0], lowest, pelvis[2]]), float(np.arctan2(-across[2], across[0]))
+    pelvis, yaw = pelvis_of(owner)
+    return np.array([pelvis[0], lowest, pelvis[2]]), yaw
+
+
+def pelvis_of(rig: bpy.types.Object) -> tuple[np.ndarray, float]:
+    """Return where the pelvis bone of a rig is now (3,), metres, and the yaw of its hips, radians; network frame."""
+    _, bones = carry_to_rig.bones_of(rig)
+    world = np.array(rig.matrix_world, dtype=np.float64)
+    head = lambda joint: frames.to_network(
+        (world @ np.append(np.array(rig.pose.bones[bones[joint]].head, dtype=np.float64), 1.0))[:3]
+    )
+    across = head("left_hip") - head("right_hip")
+    return head("pelvis"), float(np.arctan2(-across[2], across[0]))
 
 
 def body_of(owner: bpy.types.Object | None) -> Human:

@@ -34,5 +34,12 @@ def resolved(context: bpy.types.Context, job: Job | Cast, start_from: baking.Sta
     return start_marker.at_marker(context, job, owner)
 
 
+def require_smplx(context: bpy.types.Context, job: Job | Cast, what: str) -> None:
+    """Raise SampError where ``what`` needs an SMPL-X armature and a named character is another rig."""
+    for member in getattr(job, "members", (job,)):
+        name = getattr(member, "job", member).character
+        performers.require_smplx(context.scene.objects.get(name) if name else None, what)
+
+
 def _named(context: bpy.types.Context, job: Job) -> bpy.types.Object | None:
     return performers.find(context, job.character) if job.character else None
