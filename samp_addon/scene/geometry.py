@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -41,6 +42,18 @@ class SceneGeometry:
             raise ValueError(
                 f"{len(self.triangles)} triangles but object ids of shape {self.object_ids.shape}"
             )
+
+    @cached_property
+    def boxes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corners (N, 3) of the objects; infinite for objects without triangles."""
+        low, high = np.full((2, len(self.names), 3), [[[np.inf]], [[-np.inf]]])
+        # Objects follow each other, so that a running minimum is enough.
+        starts = np.flatnonzero(np.diff(self.object_ids, prepend=-1))
+        if len(starts):
+            owners = self.object_ids[starts]
+            np.minimum.at(low, owners, np.minimum.reduceat(self.triangles.min(axis=1), starts))
+            np.maximum.at(high, owners, np.maximum.reduceat(self.triangles.max(axis=1), starts))
+        return low, high
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -67,15 +67,8 @@ class _Boxes:
 
     def __init__(self, scene: SceneGeometry) -> None:
         self.scene = scene
-        count = len(scene.names)
         self.number = {name: number for number, name in enumerate(scene.names)}
-        self.low, self.high = np.full((2, count, 3), [[[np.inf]], [[-np.inf]]])
-        # Objects follow each other, so that a running minimum is enough.
-        starts = np.flatnonzero(np.diff(scene.object_ids, prepend=-1))
-        if len(starts):
-            owners = scene.object_ids[starts]
-            np.minimum.at(self.low, owners, np.minimum.reduceat(scene.triangles.min(axis=1), starts))
-            np.maximum.at(self.high, owners, np.maximum.reduceat(scene.triangles.max(axis=1), starts))
+        self.low, self.high = scene.boxes
 
     def near(self, numbers: Collection[int]) -> list[int]:
         """Return the objects whose boxes touch that of some objects."""

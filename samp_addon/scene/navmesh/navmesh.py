@@ -98,6 +98,16 @@ class NavMesh:
         """Centres (W, 3) of the walkable places, metres."""
         return self.ground.points(self.walkable)
 
+    @cached_property
+    def solid_keys(self) -> np.ndarray:
+        """A number for each solid cell (S,), in order: its column times `solid_span`, plus its level."""
+        return self.solid.column * self.solid_span + self.solid.level
+
+    @cached_property
+    def solid_span(self) -> int:
+        """Levels of a column, and one more."""
+        return int(self.solid.level.max(initial=0)) + 2
+
     @property
     def area(self) -> float:
         """Walkable area in the ground plane, square metres."""

@@ -170,14 +170,12 @@ def _walled_off(mesh: NavMesh, points: np.ndarray, goal: Goal) -> np.ndarray:
     """Flag the points (N, 3) that are separated from the goal by something solid as high as a backrest."""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
-    grid, solid = mesh.ground.grid, mesh.solid
+    grid, key, span = mesh.ground.grid, mesh.solid_keys, mesh.solid_span
     share = np.linspace(0, 1, int(np.ceil(2 * REACH_LYING / grid.cell)))[:, None]
     x, z = (
         ((points[:, k] * (1 - share) + goal.position[k] * share - grid.corner[k]) / grid.cell).astype(int)
         for k in (0, 2)
     )
-    span = int(solid.level.max(initial=0)) + 2
-    key = solid.column * span + solid.level
     column = (np.clip(x, 0, grid.shape[0] - 1) * grid.shape[1] + np.clip(z, 0, grid.shape[1] - 1)) * span
 
     def solid_between(low: np.ndarray, high: np.ndarray) -> np.ndarray:
