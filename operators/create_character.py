@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 
-from ..samp_addon.blender.character import measures
+from ..samp_addon.blender.character import materials, measures
 from . import outcome
 
+AUTOMATIC = "AUTOMATIC"
+LOOKS = [(AUTOMATIC, "Automatic", "Another look than the humans that are there")]
+LOOKS += [(look, look, f"{look} clothes") for look in materials.LOOKS]
 SHAPES = ("male", "female", "tall", "short", "heavy", "thin", "muscular", "elder")
 
 
@@ -40,6 +43,7 @@ class SAMP_OT_create_character(bpy.types.Operator):
     thin: _shape("Thin", "Weight of a thin figure")
     muscular: _shape("Muscular", "Weight of a muscular figure")
     elder: _shape("Elder", "Weight of an elderly figure")
+    look: EnumProperty(name="Look", description="Colours of skin, hair and clothes", items=LOOKS)
     __annotations__ |= measures.of_operator()
 
     @classmethod
@@ -60,7 +64,14 @@ class SAMP_OT_create_character(bpy.types.Operator):
         shapes = character.shapes_for(
             measures.of_properties(self), {name: getattr(self, name) for name in SHAPES}
         )
-        made = character.create_character(context, shapes, tuple(self.location), self.yaw, self.name)
+        made = character.create_character(
+            context,
+            shapes,
+            tuple(self.location),
+            self.yaw,
+            self.name,
+            "" if self.look == AUTOMATIC else self.look,
+        )
         start_marker.show(context, made)
         context.scene.samp.character = context.scene.samp.character or made
         return f"Created '{made.name}'."

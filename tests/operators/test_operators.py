@@ -122,3 +122,18 @@ def test_labels_are_in_title_case_and_tooltips_are_sentences_without_full_stop(n
         words = label.split()
         assert words and all(w in SMALL_WORDS or not w[0].islower() or w == "glTF" for w in words), label
         assert tooltip and tooltip[0].isupper() and not tooltip.rstrip().endswith("."), (label, tooltip)
+
+
+def test_humans_differ_in_their_looks_until_all_are_worn():
+    from samp_blender.samp_addon.blender.character import materials
+
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    for _ in range(len(materials.LOOKS) + 1):
+        assert bpy.ops.samp.create_character() == {"FINISHED"}
+    bpy.ops.samp.create_character(look="Moss")
+    humans = [obj for obj in bpy.data.objects if materials.LOOK_KEY in obj]
+    worn = [obj[materials.LOOK_KEY] for obj in humans]
+    assert sorted(worn) == sorted([*materials.LOOKS, next(iter(materials.LOOKS)), "Moss"])
+    moss = bpy.data.materials["Human clothes Moss"]
+    assert tuple(moss.diffuse_color[:3]) == pytest.approx(materials.LOOKS["Moss"]["clothes"])
+    assert len([m for m in bpy.data.materials if m.name.startswith("Human clothes")]) == len(materials.LOOKS)

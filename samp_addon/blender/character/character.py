@@ -12,9 +12,8 @@ from ...body import body_shape, human
 from ...body.hands import relaxed_hands
 from ...body.human import SIZE, Human
 from .. import compat
-from . import start
+from . import materials, start
 from .armature import calibrate, standing_floor
-from .materials import body_materials
 
 # Custom property of an armature created here: its body shape.
 SHAPES = "samp_shapes"
@@ -46,21 +45,24 @@ def create_character(
     location: tuple[float, float, float] = (0.0, 0.0, 0.0),
     yaw: float = 0.0,
     name: str = "Human",
+    look: str = "",
 ) -> bpy.types.Object:
     """Create the human and return its armature, which becomes the active object.
 
     shapes: weights of the body shapes (male, female, tall, short, ...), 0 to 1 or more, applied to the mesh's shape
     keys and the joints; see body/body_shape.py. location: of the soles, metres, Blender's world. yaw: radians, 0 faces
-    -Y, positive turns left. Bones run from joint to joint, so their axes are not SMPL-X's: see armature.calibrate.
+    -Y, positive turns left. look: a name of materials.LOOKS; if empty, the one that the fewest humans have. Bones run
+    from joint to joint, so their axes are not SMPL-X's: see armature.calibrate.
     """
     shapes = {key: value for key, value in (shapes or {}).items() if value}
     default, body = human.load(), human.load().shaped(shapes)
     lift = np.array([0.0, -body.floor, 0.0])  # the objects' origin lies between the soles
     armature = _armature(context, body.joints + lift, name)
-    mesh = _mesh(context, default, lift, shapes, f"{name} mesh")
+    look = look or materials.next_look()
+    mesh = _mesh(context, default, lift, shapes, f"{name} mesh", look)
     _bind(mesh, armature, default)
     armature.location, armature.rotation_euler = location, (0.0, 0.0, yaw)
-    armature[SHAPES] = shapes
+    armature[SHAPES], armature[materials.LOOK_KEY] = shapes, look
     pose_standing(armature)
     for obj in context.selected_objects:
         obj.select_set(False)
@@ -171,13 +173,13 @@ def _sort_bones(data: bpy.types.Armature) -> None:
 
 
 def _mesh(
-    context: bpy.types.Context, body: Human, lift: np.ndarray, shapes: dict[str, float], name: str
+    context: bpy.types.Context, body: Human, lift: np.ndarray, shapes: dict[str, float], name: str, look: str
 ) -> bpy.types.Object:
     """Create the mesh object with its materials and shape keys, offset by ``lift`` (3,)."""
     data = bpy.data.meshes.new(name)
     faces = [face[:3] if face[2] == face[3] else face for face in body.faces.tolist()]
     data.from_pydata(frames.to_blender(body.vertices + lift).tolist(), [], faces)
-    for material in body_materials():
+    for material in materials.body_materials(look):
         data.materials.append(material)
     data.polygons.foreach_set("material_index", body.materials.astype(np.int32))
     data.polygons.foreach_set("use_smooth", np.ones(len(faces), dtype=bool))
