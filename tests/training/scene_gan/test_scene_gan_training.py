@@ -127,3 +127,47 @@ def test_runs_by_name():
     assert gpu.parse_run("csgn:width=256,seed=1") == ("csgn", {"width": "256", "seed": "1"})
     with pytest.raises(Exception, match="unknown row"):
         gpu.parse_run("other")
+
+
+def test_the_nearest_draw_counts(data):
+    batch = data.batch(torch.arange(3))
+    true = batch.motions
+    rows = torch.arange(3).repeat_interleave(2)
+    moved = true.rows(rows)
+    away = torch.tensor([[0.0, 0, 0], [0.3, 0, 0]]).repeat(3, 1)[:, None]
+    made = replace(moved, root=moved.root + away)
+    for part in ("trajectory", "all"):
+        assert float(losses.nearest_of(made, true, 2, part)) == pytest.approx(0, abs=1e-6)
+        assert float(losses.nearest_of(made, true.rows(rows), 1, part)) == pytest.approx(0.15, abs=1e-5)
+
+
+@pytest.mark.parametrize("part", ["trajectory", "rough_pose"])
+def test_draws_come_nearer_without_critics(data, part):
+    wanted = replace(options.row("all", view="height", draws=2, **SMALL), part=part, critics=())
+    made = Trainer(data, wanted)
+    before = {name: value.clone() for name, value in made.networks.state_dict().items()}
+    made.step()
+    first = made.losses()["nearest"]
+    for _ in range(25):
+        made.step()
+    made.losses()
+    for _ in range(5):
+        made.step()
+    assert made.losses()["nearest"] < 0.8 * first
+    after = made.networks.state_dict()
+    changed = {name.split(".")[0] for name in before if not torch.equal(before[name], after[name])}
+    assert changed == {part.removeprefix("rough_")}
+    assert wanted.sees_scene == (part == "trajectory")
+
+
+def test_steps_of_time_differ_for_a_constant_condition():
+    """Without a code of the step, the middle of a window could not differ from its neighbours."""
+    from samp_blender.models.scene_gan import generators
+
+    sizes = generators.Sizes(scene=16, width=64, noise=4, pose_noise=4)
+    inputs = generators._over_time(torch.zeros(2, 4, 6), torch.ones(2, 16))
+    assert inputs.shape == (2, 26, 6) and not torch.equal(inputs[..., 2], inputs[..., 3])
+    way = torch.arange(64.0).expand(2, 3, 64)
+    steps = generators._steps_of(way)
+    assert torch.equal(steps[0, :16, 1], torch.arange(16.0)) and torch.equal(steps[..., 0], steps[..., 1])
+    assert sizes.channels() == (64, 32, 32, 32, 32)
