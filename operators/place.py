@@ -121,7 +121,9 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         from ..samp_addon.errors import SampError
         from ..samp_addon.ui import job_from_settings
 
-        placer = reading.read(context, job_from_settings.owner(context))
+        placer = reading.read(
+            context, job_from_settings.owner(context), job_from_settings.postures_at(context)
+        )
         placer.survey()
         spot = reading.at_point(placer, self.location, self.choice, self.yaw if self.use_yaw else None)
         if spot is None:
@@ -143,7 +145,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         from ..samp_addon.ui import job_from_settings
 
         owner = job_from_settings.owner(context)
-        self._placer = reading.read(context, owner)
+        self._placer = reading.read(context, owner, job_from_settings.postures_at(context))
         threading.Thread(target=self._placer.survey, daemon=True).start()
         self._figure = figure.PlaceFigure(None if owner is None else performers.body_of(owner))
         self._aiming, self._added = True, 0
@@ -220,7 +222,8 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
 def _sentence(spot: Spot) -> str:
     if not spot.target:
         return f"{WORDS[spot.action]} here"
-    return f"{WORDS[spot.action]} on '{spot.target}', facing {math.degrees(spot.yaw):.0f} degrees"
+    posture = f", {spot.posture.replace('_', ' ')}" if spot.posture else ""
+    return f"{WORDS[spot.action]} on '{spot.target}'{posture}, facing {math.degrees(spot.yaw):.0f} degrees"
 
 
 def _over_panels(context: bpy.types.Context, event: bpy.types.Event) -> bool:

@@ -48,6 +48,9 @@ APART = 0.5
 TargetOf = Callable[[str], tuple[str, tuple[str, ...]] | None]
 """The target that an object belongs to, by name, and the names of its objects; None for floors, walls and the like."""
 
+PosturesAt = Callable[[Goal, np.ndarray], Sequence[str]]
+"""Postures in which a body can rest at a goal among triangles (F, 3, 3)."""
+
 
 @dataclass(frozen=True)
 class Spot:
@@ -55,7 +58,8 @@ class Spot:
 
     action: "sit", "lie" or "walk". target: name of the furniture, empty for a floor. goal: of the pelvis; on a floor,
     the place to stand. choices: how many other ways there are at this point, this one included. reason: why nobody can
-    be there, a sentence; empty where a body fits. parts: names of the target's objects.
+    be there, a sentence; empty where a body fits. parts: names of the target's objects. posture: of the rest, by one of
+    vocabulary.POSTURES; empty for any.
     """
 
     action: str
@@ -64,6 +68,7 @@ class Spot:
     choices: int = 1
     reason: str = ""
     parts: tuple[str, ...] = ()
+    posture: str = ""
 
     @property
     def fits(self) -> bool:
@@ -86,6 +91,7 @@ class _Piece:
     target: str
     parts: tuple[str, ...]
     triangles: np.ndarray
+    around: np.ndarray
     floor: float | None
     grid: SupportMap
 
@@ -99,8 +105,10 @@ class Placer:
         target_of: TargetOf,
         others: Sequence[Other] = (),
         start: np.ndarray | None = None,
+        postures_at: PosturesAt = lambda goal, triangles: (),
     ) -> None:
         self.scene, self.target_of, self.others, self.start = scene, target_of, tuple(others), start
+        self.postures_at = postures_at
         self.rays = Rays(scene)
         self.mesh: navigation.NavMesh | None = None
         self._pieces: dict[object, _Piece | None] = {}
@@ -184,7 +192,7 @@ class Placer:
             grid = seats.support_map(triangles, floor, around)
         except SampError:
             return None
-        return _Piece(target, parts, triangles, floor, grid)
+        return _Piece(target, parts, triangles, around, floor, grid)
 
     def _is_ground(self, point: np.ndarray) -> bool:
         """Whether a point is on walkable ground."""
@@ -195,24 +203,26 @@ class Placer:
 
     def _on_piece(self, piece: _Piece, point: np.ndarray, choice: int, yaw: float | None) -> Spot:
         found = self._places(piece.grid, point, None)
-        free = [seat for seat in found if beside_others.free_goals([seat.goal], self.others)]
-        if free and yaw is not None:
-            wanted = free[choice % len(free)].goal.action
-            turned = [
-                seat
-                for seat in nearby.places(piece.grid, point, wanted, yaw)
-                if beside_others.free_goals([seat.goal], self.others)
-            ]
-            if not turned:
-                goal = replace(free[choice % len(free)].goal, direction=yaw_direction(yaw))
-                reason = f"There is no room on '{piece.target}' to {wanted} facing this way."
-                return Spot(wanted, piece.target, goal, len(free), reason, piece.parts)
-            return Spot(wanted, piece.target, turned[0].goal, len(free), "", piece.parts)
-        if free:
-            goal = free[choice % len(free)].goal
-            return Spot(goal.action, piece.target, goal, len(free), "", piece.parts)
+        free = [seat.goal for seat in found if beside_others.free_goals([seat.goal], self.others)]
+        ways = [(goal, "") for goal in free]
+        for best in {goal.action: goal for goal in reversed(free)}.values():  # the first one of each action
+            ways += [(best, name) for name in self._postures(piece, best)]
+        if ways:
+            goal, posture = ways[choice % len(ways)]
+            common = {"choices": len(ways), "parts": piece.parts, "posture": posture}
+            if yaw is None:
+                return Spot(goal.action, piece.target, goal, **common)
+            for seat in nearby.places(piece.grid, point, goal.action, yaw):
+                if beside_others.free_goals([seat.goal], self.others):
+                    return Spot(goal.action, piece.target, seat.goal, **common)
+            reason = f"There is no room on '{piece.target}' to {goal.action} facing this way."
+            turned = replace(goal, direction=yaw_direction(yaw))
+            return Spot(goal.action, piece.target, turned, reason=reason, **common)
         goal = found[0].goal if found else nearby.goal_at(point, yaw or 0.0, "sit")
         return Spot(goal.action, piece.target, goal, 1, self._why_not(piece, point, found), piece.parts)
+
+    def _postures(self, piece: _Piece, goal: Goal) -> Sequence[str]:
+        return self.postures_at(goal, np.concatenate([piece.triangles, piece.around]))
 
     @staticmethod
     def _places(grid: SupportMap, point: np.ndarray, yaw: float | None) -> list[seats.Seat]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..methods.method import Method
     from ..pipeline.cast.cast import Cast
     from ..pipeline.job import Job
-    from ..pipeline.placing import Spot
+    from ..pipeline.placing import PosturesAt, Spot
 
 BUTTON_LABELS = {"sit": "Sit Here", "lie": "Lie Here", "walk": "Walk Here", "run": "Run Here"}
 
@@ -114,6 +114,9 @@ def job_of_steps(context: bpy.types.Context) -> Job:
     for number, step in enumerate(settings.steps, start=1):
         method = registry.find(step.method or registry.DEFAULT)
         own = {"method": method.name, "settings": method_options.values(settings, method)}
+        own = _with_posture(
+            own, step.posture if "posture" in {option.name for option in method.options} else ""
+        )
         if not step_has_action(context, step):
             rows.append({"action": "", **own})
             if sub_goals(context, method.name):
@@ -136,6 +139,7 @@ def job_at(context: bpy.types.Context, spot: Spot) -> Job:
     settings = context.scene.samp
     method = method_of_places(settings)
     own = {"method": method.name, "settings": method_options.values(settings, method)}
+    own = _with_posture(own, spot.posture)
     place = (*map(float, frames.to_blender(spot.point)), math.degrees(spot.yaw))
     if spot.target:
         return Job(action=spot.action, target=spot.target, point=place, **own, **common(settings))
@@ -153,7 +157,18 @@ def add_step(context: bpy.types.Context, spot: Spot) -> None:
     step.method, step.action, step.target = method_of_places(settings).name, spot.action, target
     step.place = frames.to_blender(spot.point)
     step.use_yaw, step.yaw = bool(np.any(spot.goal.direction)), spot.yaw
+    step.posture = spot.posture
     settings.step_index = len(settings.steps) - 1
+
+
+def postures_at(context: bpy.types.Context) -> PosturesAt | None:
+    """Return the function that says which postures there are at a goal; None where the method has none."""
+    return getattr(method_of_places(context.scene.samp), "postures_at", None)
+
+
+def _with_posture(own: dict, posture: str) -> dict:
+    """Return a method's name and settings, with a posture in place of the sidebar's if there is one."""
+    return {**own, "settings": {**own["settings"], "posture": posture}} if posture else own
 
 
 def method_of_places(settings: bpy.types.PropertyGroup) -> Method:

@@ -67,6 +67,8 @@ class SAMP_PT_chain(InPanel, bpy.types.Panel):
                 layout.prop(step, "use_yaw")
                 if step.use_yaw:
                     layout.prop(step, "yaw")
+            if step.posture:
+                layout.prop(step, "posture")
         buttons.draw(layout, "bake_chain", icon="PLAY")
 
 

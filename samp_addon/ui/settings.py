@@ -11,6 +11,7 @@ from bpy.props import (
     FloatVectorProperty,
     IntProperty,
     PointerProperty,
+    StringProperty,
 )
 
 from ..blender.character import measures
@@ -85,6 +86,9 @@ class SAMP_PG_step(bpy.types.PropertyGroup):
     )
     yaw: FloatProperty(
         name="Facing", description="Rotation to the left from facing -Y, seen from above", subtype="ANGLE"
+    )
+    posture: StringProperty(
+        name="Posture", description="Posture in place of the one above the button, as chosen by Place"
     )
 
 

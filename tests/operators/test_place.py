@@ -149,3 +149,22 @@ def test_no_curve(scene, name, message):
     bpy.context.view_layer.objects.active = bpy.data.objects["Floor"]
     with pytest.raises(RuntimeError, match=message):
         bpy.ops.samp.draw_path(curve=name)
+
+
+def test_postures_of_a_place(scene):
+    """After the plain way come the postures for which there is a place; the take and the step have the one chosen."""
+    from samp_blender.samp_addon.blender.placing import reading
+    from samp_blender.samp_addon.ui import job_from_settings
+
+    owner = bpy.data.objects["Ann"]
+    placer = reading.read(bpy.context, owner, job_from_settings.postures_at(bpy.context))
+    count = reading.at_point(placer, (2.5, 0, 0.45)).choices
+    stool = [reading.at_point(placer, (2.5, 0, 0.45), choice) for choice in range(count)]
+    found = [spot.posture for spot in stool]
+    assert found[-3:] == ["upright", "hands_on_lap", "legs_crossed"], "nothing to lean on"
+    assert set(found[:-3]) == {""}, "the stool has four sides"
+    job = job_from_settings.job_at(bpy.context, stool[-1])
+    assert job.steps[0].settings["posture"] == "legs_crossed"
+    assert not job_from_settings.job_at(bpy.context, stool[0]).steps[0].settings.get("posture")
+    job_from_settings.add_step(bpy.context, stool[-3])
+    assert job_from_settings.job_of_steps(bpy.context).steps[0].settings["posture"] == "upright"

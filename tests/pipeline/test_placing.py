@@ -106,3 +106,16 @@ def test_no_way_leads_there():
 def test_ways_are_not_checked_before_the_ground_is_known():
     spot = under(Placer(SCENE, target_of), -2.5, 0.0)
     assert spot.fits and spot.action == "sit"
+
+
+def test_postures_come_after_the_other_ways(placer):
+    def postures_at(goal, triangles):
+        return ("upright", "lean_back") if goal.action == "sit" and len(triangles) else ()
+
+    made = Placer(SCENE, target_of, (), None, postures_at)
+    plain = under(placer, 1.25, 0.0).choices
+    ways = [under(made, 1.25, 0.0, choice=k) for k in range(under(made, 1.25, 0.0).choices)]
+    assert [way.posture for way in ways[:plain]] == [""] * plain
+    assert {(way.action, way.posture) for way in ways[plain:]} == {("sit", "upright"), ("sit", "lean_back")}
+    turned = under(made, -2.5, 0.0, choice=under(Placer(SCENE, target_of), -2.5, 0.0).choices, yaw=np.pi)
+    assert turned.posture == "upright" and turned.yaw == pytest.approx(np.pi, abs=1e-6)

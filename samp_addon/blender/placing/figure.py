@@ -80,16 +80,16 @@ class PlaceFigure:
             self._handle = None
             _alive.remove(self)
 
-    def pose(self, spot: Spot) -> tuple[str, float]:
-        """Return which pose shows a spot: its action, and the height of a seated pelvis over the floor."""
+    def pose(self, spot: Spot) -> tuple[str, float, str]:
+        """Return which pose shows a spot: action, height of a seated pelvis over the floor, posture."""
         if spot.action == "walk":
-            return STANDING, 0.0
+            return STANDING, 0.0, ""
         over = float(spot.goal.position[1]) - self._floor
-        return spot.action, round(over / STEP) * STEP if spot.action == "sit" else 0.0
+        return spot.action, round(over / STEP) * STEP if spot.action == "sit" else 0.0, spot.posture
 
-    def skin(self, action: str, over_floor: float) -> tuple[np.ndarray, np.ndarray]:
+    def skin(self, action: str, over_floor: float, posture: str = "") -> tuple[np.ndarray, np.ndarray]:
         """Return the vertices (V, 3) of a pose, its pelvis at the origin, in Blender's axes, and their light (V,)."""
-        points = human.skin(self.body, figures.figure(action, over_floor))[0]
+        points = human.skin(self.body, figures.figure(action, over_floor, posture))[0]
         points = frames.to_blender(points).astype(np.float32)
         corners = points[self._triangles]
         faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -136,10 +136,10 @@ class PlaceFigure:
             gpu.state.depth_mask_set(False)
             gpu.state.depth_test_set("NONE")
 
-    def _batch(self, shader: object, action: str, over_floor: float, fits: bool) -> object:
+    def _batch(self, shader: object, action: str, over_floor: float, posture: str, fits: bool) -> object:
         from gpu_extras.batch import batch_for_shader
 
-        points, light = self.skin(action, over_floor)
+        points, light = self.skin(action, over_floor, posture)
         colours = np.concatenate(
             [light[:, None] * np.array(FITS if fits else NOT), np.full((len(points), 1), BODY_ALPHA)], -1
         ).astype(np.float32)

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from ... import frames
-from ...pipeline.placing import Placer, Spot
+from ...pipeline.placing import Placer, PosturesAt, Spot
 from ...scene.rays import Hit
 from ..cast import others
 from ..character import characters
@@ -21,13 +21,21 @@ BELOW = 0.3
 """Metres below a point within which it is."""
 
 
-def read(context: bpy.types.Context, owner: bpy.types.Object | None) -> Placer:
-    """Return what answers where bodies would be. owner: the character; None where one is to be made."""
+def read(
+    context: bpy.types.Context, owner: bpy.types.Object | None, postures_at: PosturesAt | None = None
+) -> Placer:
+    """Return what answers where bodies would be.
+
+    owner: the character; None where one is to be made. postures_at: of the method that takes are made with.
+    """
     people = characters.people(context)
     people += others.moving(context, people, (owner,))
     geometry = read_scene.read_scene(context, people)
     start = None if owner is None else start_marker.place(context, owner)[0]
-    return Placer(geometry, _Targets(context.scene), others.present(context, people, (owner,)), start)
+    present = others.present(context, people, (owner,))
+    return Placer(
+        geometry, _Targets(context.scene), present, start, postures_at or (lambda goal, triangles: ())
+    )
 
 
 def under_mouse(

@@ -12,8 +12,10 @@ from ..method import Draw, Option, require_place
 from . import postures, weights_file
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ...clock import Clock
-    from ...motion import Motion
+    from ...motion import Goal, Motion
     from ...progress import Progress
     from ..scene_view import SceneView
     from ..step import Step
@@ -71,6 +73,16 @@ class Samp:
         if step.action in SEATED and step.to is not None:
             raise UsageError(f"--to is for walk and run; to {step.action}, name a --target.")
         postures.parse(step.settings.get("posture"))
+
+    def postures_at(self, goal: Goal, triangles: np.ndarray) -> tuple[str, ...]:
+        """Return the postures that a body can be asked for at a goal among triangles (F, 3, 3)."""
+        from . import posture_places
+
+        if not self.options or goal.action != "sit":
+            return ()  # lying bodies were captured on their backs only
+        there = posture_places.around(triangles, goal)
+        wanted = POSTURES[goal.action]
+        return tuple(name for name in wanted if name not in postures.NEEDS_PLACE or name in there)
 
     def load(self) -> None:
         """Import torch and the rollout."""
