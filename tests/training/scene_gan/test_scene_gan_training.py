@@ -171,3 +171,13 @@ def test_steps_of_time_differ_for_a_constant_condition():
     steps = generators._steps_of(way)
     assert torch.equal(steps[0, :16, 1], torch.arange(16.0)) and torch.equal(steps[..., 0], steps[..., 1])
     assert sizes.channels() == (64, 32, 32, 32, 32)
+
+
+def test_batches_can_have_more_bodies_that_travel(data):
+    far = lambda batch: (batch.motions.root[:, -1] - batch.motions.root[:, 0])[:, [0, 2]].norm(dim=-1)
+    draws = lambda: torch.Generator().manual_seed(0)
+    every = far(data.batch(torch.arange(len(data))))
+    assert set(data.moving.tolist()) == set(torch.nonzero(every >= 0.399)[:, 0].tolist())
+    if len(data.moving):
+        assert (far(data.sample(8, draws(), moving=0.5))[:4] >= 0.399).all()
+    assert torch.equal(data.sample(8, draws(), moving=0.0).pairs, data.sample(8, draws()).pairs)

@@ -21,6 +21,7 @@ class Options:
     of the context critic's crops. context_weight: of the context critic's score in the generators' loss; its gradient
     on the pelvis is hundreds of times those of the others. draws: of each window, whose nearest one is drawn to the
     true window; 0 trains by the critics alone, as the paper does. draws_weight: of its error in the generators' loss.
+    moving: share of each batch in which bodies travel, for poses on true trajectories.
     """
 
     settings: Settings = Settings()
@@ -36,6 +37,7 @@ class Options:
     context_weight: float = 1.0
     draws: int = 0
     draws_weight: float = 1.0
+    moving: float = 0.0
     seed: int = 0
 
     @property

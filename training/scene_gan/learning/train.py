@@ -54,6 +54,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--average", type=float)
     made.add_argument("--draws", type=int, help="also train the nearest of so many draws towards the truth")
     made.add_argument("--draws-weight", type=float)
+    made.add_argument("--moving", type=float, help="share of each batch in which bodies travel")
     made.add_argument("--critics", nargs="*", choices=options.CRITICS, help="default: those of the row; none")
     made.add_argument("--context-weight", type=float)
     made.add_argument("--along", action="store_true", default=None, help="train the encoder as well")
@@ -118,7 +119,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = parser().parse_args(arguments)
     torch.set_num_threads(chosen.threads)
     names = ("part", "view", "batch", "critic_steps", "width", "noise", "pose_noise", "encoder_width", "seed", "rate",
-             "average", "along", "context_weight", "draws", "draws_weight")  # fmt: skip
+             "average", "along", "context_weight", "draws", "draws_weight", "moving")  # fmt: skip
     wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
     kept = {"trajectory": ("trajectory",), "pose": ("pose",), "rough_pose": ()}.get(wanted.part)
     if kept is not None:

@@ -149,8 +149,11 @@ class Trainer:
 
     def _train(self) -> None:
         for _ in range(self.options.critic_steps if self.critics else 0):
-            self._train_critics(self.data.sample(self.options.batch, self.draws))
-        self._train_generators(self.data.sample(self.options.batch, self.draws))
+            self._train_critics(self._sample())
+        self._train_generators(self._sample())
+
+    def _sample(self) -> Batch:
+        return self.data.sample(self.options.batch, self.draws, self.options.moving)
 
     def _train_critics(self, batch: Batch) -> None:
         with torch.no_grad():
