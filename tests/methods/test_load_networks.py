@@ -8,7 +8,7 @@ from samp_blender.models import goal_net, weights
 from samp_blender.models.motion_net import ENCODER, MotionNet
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.methods.samp import goals
-from samp_blender.samp_addon.methods.samp.load_networks import load_goal_net, load_motion_net
+from samp_blender.samp_addon.methods.samp.load_networks import hands_hang, load_goal_net, load_motion_net
 from samp_blender.samp_addon.scene.voxels import InteractionGrid
 
 
@@ -97,3 +97,11 @@ def test_drawing_goals_leaves_gradients_on_between_two_goals():
     grid = InteractionGrid.build(shapes.box((0, 0, 0), (0.4, 0.45, 0.4)))
     drawn = goals._network_samples(grid, "sit", 2, 0)
     assert np.isfinite(next(drawn).position).all() and torch.is_grad_enabled()
+
+
+def test_nobody_waits_with_raised_hands(tmp_path):
+    """The shipped start poses; and of weights all of whose poses have raised hands, all."""
+    shipped = load_motion_net().start_rotations.double().numpy()
+    assert len(shipped) >= 6 and hands_hang(shipped).all()
+    weights.save_weights("motion_net", motion_tensors(), tmp_path)
+    assert len(load_motion_net(tmp_path).start_rotations) == 2

@@ -13,6 +13,7 @@ import torch
 
 from ....models import weights
 from ....samp_addon import rotation, skeleton
+from ....samp_addon.methods.samp.load_networks import hands_hang
 from ...mocap import clip_files, sources
 from ...mocap.posture import neutralised
 
@@ -39,6 +40,7 @@ def start_poses(folders: list[Path], seed: int = 0) -> tuple[np.ndarray, np.ndar
             & (speed < _QUIET)
             & (clip.feet.min(1) > 0)
             & (clip.root[:, 1] > 0.9)
+            & hands_hang(clip.rotations)
         )
         if still.any():
             frame = int(np.flatnonzero(still)[still.sum() // 2])
