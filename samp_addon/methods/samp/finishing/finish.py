@@ -14,7 +14,7 @@ from ....refine.feet.foot_lock import lock_feet
 from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
 from ..unfolding import Unfolded
-from . import crossing, hands, high_seat
+from . import crossing, hands, high_seat, seated_pelvis
 from .leaning import SeatBack
 from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
@@ -33,6 +33,7 @@ BUSY = 0.5  # weight of the action above which the character is sitting or lying
 CORRECTIONS = (
     "smoothing",
     "goal",
+    "pelvis",
     "shins",
     "raised_back",
     "leaning",
@@ -102,6 +103,8 @@ def _on_object(
 ) -> Motion:  # fmt: skip
     """Return the motion with the corrections that the object asks for. goal: row of Route.goals."""
     if front is not None:
+        if "pelvis" in wanted:
+            motion = seated_pelvis.kept_on(motion, goal)
         if "shins" in wanted:
             motion = front.clear_shins(motion, goal)
         up = np.flatnonzero(~_seated(motion))
