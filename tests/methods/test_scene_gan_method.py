@@ -58,8 +58,9 @@ def still(speed=(0.0, 0.0, 0.0), view="geometry"):
         made.trajectory.last.weight.zero_()
         share = torch.as_tensor(speed) / made.trajectory.alpha
         made.trajectory.last.bias.copy_(torch.atanh(share.float()))
-        for values in made.pose.body.last.parameters():
-            values.zero_()
+        for part in (made.pose.body, made.pose.rough, made.trajectory.rough):
+            for values in part.last.parameters():
+                values.zero_()
     return made
 
 

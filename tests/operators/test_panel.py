@@ -49,7 +49,7 @@ class Layout:
     def nested(self, **_):
         return self
 
-    row = column = split = nested
+    row = column = split = grid_flow = nested
 
     def operator(self, name, text="", **_):
         self.drawn.append(f"{name} {text}".strip())
@@ -63,6 +63,10 @@ class Layout:
     def prop(self, data, name, **_):
         assert name in data.bl_rna.properties or name.startswith("[")
         self.drawn.append(name)
+
+    def prop_enum(self, data, name, value, **_):
+        assert value in data.bl_rna.properties[name].enum_items
+        self.drawn.append(f"{name} {value}")
 
     def template_list(self, kind, key, data, name, *_, **__):
         assert hasattr(bpy.types, kind)

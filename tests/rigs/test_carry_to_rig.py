@@ -292,7 +292,7 @@ def hips_are_on_the_seat(shown: Shown, own, wanted: retargeting.Retargeted, kind
     away = hips(shown.heads.__getitem__) - hips(own)
     assert np.abs(away[:, [0, 2]]).max() < 2e-3
     thick = landmarks.seat_depth(character.human.load().vertices, take().rest_joints)
-    assert away[-1, 1] == pytest.approx(wanted.fit.seat - thick, abs=3e-3)
+    assert away[-1, 1] == pytest.approx(wanted.fit.seat - thick, abs=5e-3)
     tall, taller = (
         landmarks.hips(joints)[1] - carrying.sole_height(joints)
         for joints in (take().rest_joints, wanted.motion.rest_joints)

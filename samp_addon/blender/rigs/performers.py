@@ -13,17 +13,19 @@ from ...body import human
 from ...body.human import Human
 from ...errors import SampError
 from ...motion import Motion
-from ...rigs import maps
 from ..actions import keyframes
 from ..character import armature, character
-from ..takes import seen
-from . import bone_table, carry_to_rig
+from . import bone_table
+
+# Retargeting needs packages that Blender does not ship: it is imported where a rig is met.
 
 
 def is_rig(obj: bpy.types.Object | None) -> bool:
     """Return whether an object is the armature of a body of another kind: of known bones, or with a bone table."""
     if obj is None or obj.type != "ARMATURE" or armature.is_smplx(obj):
         return False
+    from ...rigs import maps
+
     return bool(bone_table.read(obj)) or maps.recognise(bone.name for bone in obj.data.bones) is not None
 
 
@@ -56,6 +58,8 @@ def standing_floor(owner: bpy.types.Object) -> tuple[np.ndarray, float]:
 
 def pelvis_of(rig: bpy.types.Object) -> tuple[np.ndarray, float]:
     """Return where the pelvis bone of a rig is now (3,), metres, and the yaw of its hips, radians; network frame."""
+    from . import carry_to_rig
+
     _, bones = carry_to_rig.bones_of(rig)
     world = np.array(rig.matrix_world, dtype=np.float64)
     head = lambda joint: frames.to_network(
@@ -95,6 +99,8 @@ def write(
     """
     if not is_rig(owner):
         return keyframes.write_motion(owner, motion, name, frame_start, context.scene, False), []
+    from . import carry_to_rig
+
     return carry_to_rig.write_take(context, owner, motion, name, frame_start)
 
 
@@ -102,6 +108,8 @@ def shown(
     context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types.Action, motion: Motion
 ) -> tuple[Motion, list[str]]:
     """Return the motion that Blender shows, see seen.shown_motion; for rigs the take's own ``motion``."""
+    from ..takes import seen
+
     return (motion, []) if is_rig(owner) else seen.shown_motion(context, owner, action)
 
 

@@ -22,8 +22,9 @@ from ....scene.flights import Flight
 from ..unfolding import Unfolded
 from .terrain import Ground
 
-CLEAR, BEHIND, HOLD_ON = 0.015, 0.01, 0.04
-"""Metres: from a toe to the riser in front of it, from a heel to the riser behind it, and of the ball on its tread."""
+CLEAR, BEHIND, HOLD_ON, EDGE = 0.015, 0.01, 0.04, 0.015
+"""Metres: from a toe to the riser in front of it, from a heel to the riser behind it, of the ball on its tread, and
+from the ball to the edge over which the toes reach on the way down."""
 
 SKIPPED = 1.0
 """Cost, square metres, of a tread that no foot stands on."""
@@ -178,7 +179,7 @@ def _on_tread(flight: Flight, tread: int, step: _Step, wanted: float) -> float:
         low = riser + (HOLD_ON if climbs else BEHIND - behind)
     if tread < len(flight.risers):
         riser, climbs = flight.risers[tread], flight.treads[tread + 1] > flight.treads[tread]
-        high = riser - (CLEAR + ahead if climbs else 0.0)
+        high = riser - (CLEAR + ahead if climbs else EDGE)
     return float(np.clip(wanted, low, high)) if low <= high else (low + high) / 2
 
 
