@@ -14,7 +14,7 @@ STEP = 0.02
 """Metres between samples of the ground along a path."""
 
 LEAST_RISE, MOST_RISE = 0.08, 0.26
-"""Metres: heights of a riser. Less is a sill or a rug; nobody climbs more."""
+"""Metres: lowest and highest riser. A lower one is a sill or a rug; a higher one cannot be climbed."""
 
 WITHIN = 3
 """Samples within which a riser rises: nosings are bevelled, and treads overhang."""

@@ -48,12 +48,8 @@ def standing_floor(owner: bpy.types.Object) -> tuple[np.ndarray, float]:
     """Return the floor (3,), metres, on which a performer stands, and its yaw, radians; network frame."""
     if not is_rig(owner):
         return armature.standing_floor(owner)
-    world = np.array(owner.matrix_world, dtype=np.float64)
-    ends = [np.append(np.array(end, dtype=np.float64), 1.0) for bone in owner.data.bones
-            for end in (bone.head_local, bone.tail_local)]  # fmt: skip
-    lowest = min(frames.to_network((world @ end)[:3])[1] for end in ends)
     pelvis, yaw = pelvis_of(owner)
-    return np.array([pelvis[0], lowest, pelvis[2]]), yaw
+    return np.array([pelvis[0], _rest_heights(owner).min(), pelvis[2]]), yaw
 
 
 def pelvis_of(rig: bpy.types.Object) -> tuple[np.ndarray, float]:
@@ -83,11 +79,14 @@ def height(owner: bpy.types.Object) -> float:
     """Return the height of the rest pose in units of the scene."""
     if not is_rig(owner):
         return float(np.ptp(armature.calibrate(owner).rest_joints[:, 1]))
-    world = np.array(owner.matrix_world, dtype=np.float64)
-    ends = np.array(
-        [end for bone in owner.data.bones for end in (bone.head_local, bone.tail_local)], dtype=np.float64
-    )
-    return float(np.ptp((ends @ world[:3, :3].T)[:, 2]))
+    return float(np.ptp(_rest_heights(owner)))
+
+
+def _rest_heights(rig: bpy.types.Object) -> np.ndarray:
+    """Return the world heights (2 B,) of the heads and tails of the rest bones."""
+    world = np.array(rig.matrix_world, dtype=np.float64)
+    ends = [end for bone in rig.data.bones for end in (bone.head_local, bone.tail_local)]
+    return np.array(ends, dtype=np.float64) @ world[2, :3] + world[2, 3]
 
 
 def write(
@@ -115,7 +114,7 @@ def shown(
 
 def require_smplx(owner: bpy.types.Object | None, what: str) -> None:
     """Raise SampError where a performer is a rig, for which there is no ``what``."""
-    if owner is not None and is_rig(owner):
+    if is_rig(owner):
         raise SampError(
             f"'{owner.name}' is not an SMPL-X armature, which {what} needs; create a character for it."
         )

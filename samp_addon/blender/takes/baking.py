@@ -119,7 +119,7 @@ def read(
         if new_character:
             raise SampError(f"'{owner.name}' has a shape already, and the sub-goals; leave out --shape.")
         job = replace(job, shape={})
-    if performers.is_rig(owner) and job.hand:
+    if job.hand:
         performers.require_smplx(owner, "a hand on something")
     people = characters.people(context)
     people += [owner] if owner is not None and owner not in people else []
