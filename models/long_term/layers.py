@@ -42,6 +42,10 @@ def sample(mean: torch.Tensor, log_variance: torch.Tensor) -> torch.Tensor:
     return mean + torch.randn_like(mean) * torch.exp(0.5 * log_variance)
 
 
-def divergence(mean: torch.Tensor, log_variance: torch.Tensor) -> torch.Tensor:
-    """Return the Kullback-Leibler divergence from a standard Gaussian, summed over the code, mean over the batch."""
-    return 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).sum(-1).mean()
+def divergence(mean: torch.Tensor, log_variance: torch.Tensor, free: float = 0.0) -> torch.Tensor:
+    """Return the Kullback-Leibler divergence from a standard Gaussian, summed over the code, mean over the batch.
+
+    free: nats that each number of the code may hold at no cost, so that the code is used (Kingma et al. 2016).
+    """
+    each = 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance)
+    return each.flatten(0, -2).mean(0).clamp(min=free).sum()

@@ -1,8 +1,10 @@
 """Train all networks of the long-term method on one GPU within a time limit.
 
 python -m samp_blender.training.long_term.side_by_side --data long_term.bin --output OUT --seconds 560
+python -m samp_blender.training.long_term.side_by_side --data long_term.bin --output OUT --seconds 240 --begin WEIGHTS
 python -m samp_blender.training.long_term.side_by_side --join OUT WEIGHTS
 
+With --begin, prior and points are taken from another training and the other networks are trained on from its weights.
 Steps are limited by the latency of small kernels, so three programs share the GPU: prior and sub-goal bodies; points,
 routes and poses; the networks of the paper for table 1. The weights are written as one archive in pieces of less than
 16 MiB, OUT/weights.0, OUT/weights.1, ...; --join extracts it.
@@ -13,6 +15,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -25,6 +28,7 @@ MOST = 16 * 2**20 - 4096  # largest size of a piece, bytes
 SAVING = 20.0  # seconds reserved for the archive
 FIRST = 0.14  # share of the time for prior and points
 ROUTE = 0.33  # for the routes
+KEPT = ("prior", "points")  # stages that --begin takes over
 PAPER = ("paper_route", "paper_pose", "paper_route_t", "paper_pose_r", "paper_pose_rt", "paper_base")
 
 
@@ -37,12 +41,12 @@ class Worker:
     seconds: tuple[float, ...]
 
 
-def workers(seconds: float, paper: bool) -> list[Worker]:
-    """Return the programs that share the GPU."""
+def workers(seconds: float, paper: bool, begun: bool = False) -> list[Worker]:
+    """Return the programs that share the GPU. begun: whether prior and points are trained already."""
     first, route = FIRST * seconds, ROUTE * seconds
     made = [
-        Worker("bodies", ("prior", "sub_goal"), (first, 0.0)),
-        Worker("motion", ("points", "route", "pose"), (first, route, 0.0)),
+        Worker("bodies", ("prior", "sub_goal")[begun:], (first, 0.0)[begun:]),
+        Worker("motion", ("points", "route", "pose")[begun:], (first, route, 0.0)[begun:]),
     ]
     if paper:
         each = (1 - FIRST - 0.1) * seconds / len(PAPER)
@@ -50,12 +54,13 @@ def workers(seconds: float, paper: bool) -> list[Worker]:
     return made
 
 
-def start(worker: Worker, data: Path, work: Path, output: Path, end: float, cpu: bool) -> subprocess.Popen:
+def start(worker: Worker, work: Path, end: float, options: argparse.Namespace) -> subprocess.Popen:
     """Start a program; its output is written to OUT/NAME.txt."""
-    command = [sys.executable, "-m", f"{__package__}.train", "--data", str(data), "--work", str(work)]
+    command = [sys.executable, "-m", f"{__package__}.train", "--data", str(options.data), "--work", str(work)]
     command += ["--stages", *worker.stages, "--seconds", *(f"{s:.1f}" for s in worker.seconds)]
-    command += ["--until", f"{end:.1f}", "--wait", "600", *(["--cpu"] if cpu else [])]
-    log = (output / f"{worker.name}.txt").open("w")
+    command += ["--until", f"{end:.1f}", "--wait", "600", *(["--cpu"] if options.cpu else [])]
+    command += ["--begin", str(options.begin), "--rate", str(options.rate)] if options.begin else []
+    log = (options.output / f"{worker.name}.txt").open("w")
     return subprocess.Popen(
         command, stdout=log, stderr=subprocess.STDOUT, env=os.environ | {"PYTHONUNBUFFERED": "1"}
     )
@@ -92,6 +97,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--output", type=Path)
     parser.add_argument("--seconds", type=float, default=560.0, help="duration of the program")
     parser.add_argument("--no-paper", action="store_true", help="without the networks of table 1")
+    parser.add_argument("--begin", type=Path, help="folder with weights of another training")
+    parser.add_argument("--rate", type=float, default=6e-4, help="learning rate with --begin")
     parser.add_argument("--cpu", action="store_true")
     parser.add_argument("--join", type=Path, nargs=2, metavar=("OUT", "WEIGHTS"))
     options = parser.parse_args(arguments)
@@ -102,9 +109,12 @@ def main(arguments: list[str] | None = None) -> None:
     options.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
+        for path in options.begin.glob("long_term_*.s*") if options.begin else ():
+            if path.stem.removeprefix("long_term_") in KEPT:
+                shutil.copy(path, work)
         running = [
-            start(worker, options.data, work, options.output, end, options.cpu)
-            for worker in workers(options.seconds - SAVING, not options.no_paper)
+            start(worker, work, end, options)
+            for worker in workers(options.seconds - SAVING, not options.no_paper, options.begin is not None)
         ]
         while any(program.poll() is None for program in running) and time.time() < end + SAVING / 2:
             time.sleep(0.5)

@@ -1,10 +1,12 @@
-"""Train encoders and then several runs in parallel on one GPU within a time limit.
+"""Train encoders, then the parts of the generators, and then several runs in parallel, on one GPU within a time limit.
 
-python -m samp_blender.training.scene_gan.gpu --data train.bin --output OUT --seconds 560 --pretrain 130
-    --run all --run csgn:width=256 --run height:width=256 [--test test.bin]
+python -m samp_blender.training.scene_gan.gpu --data train.bin --output OUT --seconds 560 --pretrain 130 --parts 240
+    --run all:width=128,draws=4,context_weight=0.02 --run csgn:width=256 [--test test.bin]
 
---data are files written by data/packing.py. Each run is a separate process, since a single one is limited by the launch
-of small kernels. The results are written to OUT as one archive in pieces of at most 16 MiB; `join` restores it:
+--data are files written by data/packing.py. With --parts, runs with two generators begin with a dense part of the pose
+generator (trained beside the encoders) and a trajectory generator, both trained without critics. Each training is a
+separate process, since a single one is limited by the launch of small kernels. The results are written to OUT as one
+archive in pieces of at most 16 MiB; `join` restores it:
 
 python -m samp_blender.training.scene_gan.gpu --join OUT --output FOLDER
 """
@@ -30,6 +32,9 @@ PIECES = 4
 MODULE = __package__
 KEPT = ("*.safetensors", "*.sha256", "*.json", "*.jsonl", "*.txt", "*.png")
 PACKING = 25.0  # seconds reserved at the end for the archive
+SIZES = ("width", "noise", "pose_noise", "encoder_width")
+ROUGH = ("--part", "rough_pose", "--draws", "2", "--batch", "1024", "--rate", "5e-4", "--moving", "0.6")
+WAY = ("--part", "trajectory", "--draws", "8", "--batch", "256", "--rate", "5e-4")
 
 
 def parse_run(text: str) -> tuple[str, dict[str, str]]:
@@ -77,6 +82,25 @@ def join(folder: Path, output: Path) -> None:
         tar.extractall(output, filter="data")
 
 
+def flags(settings: dict[str, str]) -> list[str]:
+    """Return the command-line options of settings."""
+    return [part for key, value in settings.items() for part in (f"--{key.replace('_', '-')}", value)]
+
+
+def parts_of(row: options.Options, changes: dict[str, str]) -> dict[str, list[str]]:
+    """Return the options of the parts that a run begins with, by the names of their folders; none for CSGN."""
+    if not row.settings.separate:
+        return {}
+    sizes = {name: changes[name] for name in SIZES if name in changes}
+    suffix = "_".join(sizes.values())
+    made = flags({"view": row.settings.view} | sizes)
+    common = ["--critics", "--no-sheet", "--checkpoint", "1000"]
+    return {
+        f"rough_{suffix}": [*ROUGH, *common, *made],
+        f"way_{encoder_name(row, changes.get('encoder_width', '64'))}_{suffix}": [*WAY, *common, *made],
+    }
+
+
 def start(module: str, work: Path, arguments: list[str]) -> subprocess.Popen:
     """Start a program of this package; its output is written to a file in its folder."""
     work.mkdir(parents=True, exist_ok=True)
@@ -96,6 +120,71 @@ def wait(running: dict[str, subprocess.Popen], until: float) -> None:
         print(f"{name}: {code}", flush=True)
 
 
+class Programs:
+    """The trainings of one call. work: folder of all. common: options of all. began: time of the start."""
+
+    def __init__(self, work: Path, common: list[str], began: float) -> None:
+        self.work, self.common, self.began = work, common, began
+        self.rough: dict[str, subprocess.Popen] = {}
+
+    def encoders(self, chosen: argparse.Namespace) -> None:
+        """Pretrain the encoders of all runs until chosen.pretrain; the dense parts start beside them."""
+        found: dict[str, subprocess.Popen] = {}
+        for row, changes in chosen.run:
+            base, width = options.ROWS[row], changes.get("encoder_width", "64")
+            name = encoder_name(base, width)
+            if name in found:
+                continue
+            extra = ["--view", base.settings.view, "--encoder-width", width, "--batch", "128",
+                     "--seconds", str(self.began + chosen.pretrain - time.time())]  # fmt: skip
+            if not base.depth:
+                extra += ["--tasks", "classes"]
+            if chosen.test is not None:
+                extra += ["--test", str(Path(self.common[1]).parent / "test")]
+            found[name] = start("pretrain", self.work / name, self.common + extra)
+        if chosen.parts:
+            self._parts(chosen, "rough_", self.rough)
+        wait(found, self.began + chosen.pretrain + 20)
+
+    def parts(self, chosen: argparse.Namespace) -> None:
+        """Train the trajectory generators until chosen.parts, when the dense parts end as well."""
+        ways: dict[str, subprocess.Popen] = {}
+        if chosen.parts:
+            self._parts(chosen, "way_", ways)
+        wait(self.rough | ways, self.began + chosen.parts + 10)
+
+    def _parts(self, chosen: argparse.Namespace, kind: str, running: dict[str, subprocess.Popen]) -> None:
+        for row, changes in chosen.run:
+            for name, extra in parts_of(options.ROWS[row], changes).items():
+                if name.startswith(kind) and name not in running:
+                    end = ["--seconds", str(self.began + chosen.parts - time.time())]
+                    encoder = [] if kind == "rough_" else ["--encoder", str(self._encoder(row, changes))]
+                    running[name] = start(
+                        "learning.train", self.work / name, self.common + extra + encoder + end
+                    )
+
+    def _encoder(self, row: str, changes: dict[str, str]) -> Path:
+        return self.work / encoder_name(options.ROWS[row], changes.get("encoder_width", "64"))
+
+    def runs(self, chosen: argparse.Namespace) -> None:
+        """Train all runs until the end."""
+        found: dict[str, subprocess.Popen] = {}
+        until = self.began + chosen.seconds - PACKING
+        for row, changes in chosen.run:
+            name = row if row not in found else f"{row}_{len(found)}"
+            begin = (
+                [str(self.work / part) for part in parts_of(options.ROWS[row], changes)]
+                if chosen.parts
+                else []
+            )
+            extra = ["--row", row, "--encoder", str(self._encoder(row, changes)),
+                     "--seconds", str(until - time.time() - 5), "--checkpoint", "120", "--report", "10",
+                     *(["--begin", *begin] if begin else []),
+                     *flags({"batch": str(chosen.batch)} | changes)]  # fmt: skip
+            found[name] = start("learning.train", self.work / name, self.common + extra)
+        wait(found, until)
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -106,6 +195,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, required=True)
     parser.add_argument("--seconds", type=float, default=560.0, help="duration of the program")
     parser.add_argument("--pretrain", type=float, default=130.0, help="seconds of it used for the encoders")
+    parser.add_argument(
+        "--parts",
+        type=float,
+        default=0.0,
+        help="seconds until the parts of the generators end (default: none)",
+    )
     parser.add_argument("--run", action="append", type=parse_run, default=[], metavar="ROW:KEY=VALUE,...")
     parser.add_argument("--batch", type=int, default=256)
     parser.add_argument("--work", type=Path, help="folder to leave all files in, instead of an archive")
@@ -128,33 +223,10 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"unpacked after {time.time() - began:.0f} s", flush=True)
         work = chosen.work or scratch / "work"
         common = ["--data", str(scratch / "train"), "--device", chosen.device]
-        encoders: dict[str, subprocess.Popen] = {}
-        for row, changes in chosen.run:
-            base, width = options.ROWS[row], changes.get("encoder_width", "64")
-            name = encoder_name(base, width)
-            if name in encoders:
-                continue
-            extra = ["--view", base.settings.view, "--encoder-width", width, "--batch", "128",
-                     "--seconds", str(began + chosen.pretrain - time.time())]  # fmt: skip
-            if not base.depth:
-                extra += ["--tasks", "classes"]
-            if chosen.test is not None:
-                extra += ["--test", str(scratch / "test")]
-            encoders[name] = start("pretrain", work / name, common + extra)
-        wait(encoders, began + chosen.pretrain + 20)
-        runs: dict[str, subprocess.Popen] = {}
-        until = began + chosen.seconds - PACKING
-        for row, changes in chosen.run:
-            name = row if row not in runs else f"{row}_{len(runs)}"
-            settings = {"batch": str(chosen.batch)} | changes
-            flags = [
-                part for key, value in settings.items() for part in (f"--{key.replace('_', '-')}", value)
-            ]
-            encoder = work / encoder_name(options.ROWS[row], changes.get("encoder_width", "64"))
-            extra = ["--row", row, "--encoder", str(encoder), "--seconds", str(until - time.time() - 5),
-                     "--checkpoint", "120", "--report", "10", *flags]  # fmt: skip
-            runs[name] = start("learning.train", work / name, common + extra)
-        wait(runs, until)
+        programs = Programs(work, common, began)
+        programs.encoders(chosen)
+        programs.parts(chosen)
+        programs.runs(chosen)
         for path in archive(work, chosen.output) if chosen.work is None else ():
             print(f"{path.name}: {path.stat().st_size / 2**20:.1f} MiB", flush=True)
     print(f"done after {time.time() - began:.0f} s", flush=True)

@@ -5,7 +5,6 @@ Network frame, metres.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -15,9 +14,8 @@ from ... import rotation
 from ...body import betas as shapes
 from ...body import hand_poses, human, proportions
 from ...motion import Motion
-from ...scene.distance.signed_distance import SignedDistance
 from ...vocabulary import CONTACTS, SEATED
-from . import places
+from . import places, settling
 from .figure import Figure, as_motion
 from .places import Place
 from .surfaces import Surfaces
@@ -29,9 +27,6 @@ DRAWS = 12
 """Bodies that are drawn for one place, the best of which is taken."""
 AROUND = 1.25
 """Metres around a body from which its cloud is taken."""
-LIFTS = np.arange(-0.08, 0.081, 0.01)
-"""Metres by which a seated or lying body is raised or lowered to touch what carries it."""
-TOUCHING = 0.005
 OFF_PHASE = 0.04
 """Metres of depth that weigh as much as a radian beside the wanted phase."""
 PLAIN, WILD = 0.6, 1.0
@@ -79,9 +74,9 @@ class SubGoalBodies:
         turns[0] = rotation.multiply(rotation.about_y(place.yaw - figure.facing(place.action)), turns[0])
         figure = Figure(place.pelvis, turns, hands, self.betas, height)
         if place.action in SEATED:
-            figure = _settled([figure], self.surfaces.field, height)[0][0]
+            figure = settling.settled([figure], self.surfaces.field, height)[0][0]
         else:
-            figure = _grounded(figure, height)
+            figure = settling.grounded(figure, height)
         return _in_default(figure, place)
 
 
@@ -109,47 +104,15 @@ def choose(
     cloud = surfaces.cloud(place.pelvis[None], AROUND, wanted.level, int(rng.integers(2**31)))
     noise, turns = tools.body_noise(rng, draws, scale), tools.body_turns(rng, draws)
     drawn = networks.sample_bodies(wanted, cloud, noise, turns)
-    resting = place.action in SEATED
-    if resting:
-        figures, costs = _settled(drawn, surfaces.field, float(place.floor[1]))
-    else:
-        figures = [_grounded(figure, float(place.floor[1])) for figure in drawn]
-        costs = _costs(figures, surfaces.field, float(place.floor[1]))[:, 0]
+    field, floor = surfaces.field, float(place.floor[1])
+    if place.action in SEATED:
+        figures, costs = settling.settled(drawn, field, floor)
+        best = figures[int(np.argmin(costs))]
+        return settling.fitted(best, field, floor, place.action, int(rng.integers(2**31)))
+    figures = [settling.grounded(figure, floor) for figure in drawn]
+    costs = settling.fits(figures, field, floor)[:, 0]
     if phase is not None:
         read = np.array([tools.phase(figure) for figure in figures])
         off = np.arccos(np.clip(read @ gait, -1, 1))
         costs = costs + OFF_PHASE * off
     return figures[int(np.argmin(costs))]
-
-
-def _grounded(figure: Figure, floor: float) -> Figure:
-    """Return a standing figure with its lowest skin on the floor."""
-    body = shapes.body_of(figure.betas)
-    # Rounded: the last bits of the skin depend on the number of threads, and takes must not.
-    lowest = round(float(human.skin(body, as_motion([figure]), body.collision)[0, :, 1].min()), 5)
-    return figure.moved(np.array([0.0, floor - lowest, 0.0]))
-
-
-def _settled(
-    figures: Sequence[Figure], field: SignedDistance, floor: float
-) -> tuple[list[Figure], np.ndarray]:
-    """Return resting figures at the heights at which they fit best, and their costs (K,)."""
-    costs = _costs(figures, field, floor, LIFTS)
-    best = costs.argmin(1)
-    moved = [figure.moved(np.array([0.0, LIFTS[k], 0.0])) for figure, k in zip(figures, best, strict=True)]
-    return moved, costs.min(1)
-
-
-def _costs(
-    figures: Sequence[Figure], field: SignedDistance, floor: float, lifts: Sequence[float] = (0.0,)
-) -> np.ndarray:
-    """Return how badly figures fit at some heights (K, L): depth of the skin, and distance of the nearest skin."""
-    body = shapes.body_of(figures[0].betas)
-    skin = human.skin(body, as_motion(figures), body.collision[::8]).astype(np.float64)
-    costs = np.empty((len(figures), len(lifts)))
-    for column, lift in enumerate(lifts):
-        points = (skin + [0.0, lift, 0.0]).reshape(-1, 3)
-        distance = np.minimum(field.at(points)[0], points[:, 1] - floor).reshape(skin.shape[:2])
-        depth = np.maximum(-distance - TOUCHING, 0)
-        costs[:, column] = 20 * depth.mean(1) + depth.max(1) + np.abs(np.sort(distance, 1)[:, :20]).mean(1)
-    return costs

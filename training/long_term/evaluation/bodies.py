@@ -50,10 +50,13 @@ def captured(data: RoomData, count: int, rng: np.random.Generator) -> list[tuple
 
 def measures(figures: Sequence[Figure], obstacles: Obstacles) -> dict[str, float]:
     """Return the shares of bodies in contact and of bodies deeper than 2 cm, percent."""
-    body, motion = shapes.body_of(figures[0].betas), as_motion(figures)
-    depth, touching = collision.body_depth(motion, obstacles, 0.0, body)
-    deepest = np.maximum(depth.max(1), collision.surface_depth(motion, obstacles, 0.0, body))
-    return {"contact": 100 * float(touching.any(1).mean()), "deep": 100 * float((deepest > 0.02).mean())}
+    body, touches, deep = shapes.body_of(figures[0].betas), [], []
+    for figure in figures:  # one by one: surface_depth looks at some frames only where neighbouring ones are alike
+        motion = as_motion([figure])
+        depth, touching = collision.body_depth(motion, obstacles, 0.0, body)
+        touches.append(touching.any())
+        deep.append(max(depth.max(), collision.surface_depth(motion, obstacles, 0.0, body)[0]) > 0.02)
+    return {"contact": 100 * float(np.mean(touches)), "deep": 100 * float(np.mean(deep))}
 
 
 def spread(figures: Sequence[Figure]) -> float:

@@ -46,7 +46,7 @@ class PoseLearner(Learner):
         pose = (made - true)[..., :SIX].abs().mean()
         hands = (made - true)[..., SIX:].abs().mean()
         parts = self._joints(batch, route, made)
-        kl = divergence(mean, log_variance)
+        kl = divergence(mean, log_variance, windows.FREE)
         loss = 10 * pose + HANDS_WEIGHT * hands + KL_WEIGHT * kl + JOINTS_WEIGHT * parts["joints"]
         loss = loss + SPEED_WEIGHT * parts["speed"] + FEET_WEIGHT * parts["feet"]
         return {"loss": loss, "pose": pose, "hands": hands, **parts, "kl": kl}

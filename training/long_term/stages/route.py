@@ -34,7 +34,7 @@ class RouteLearner(Learner):
         place = (made - route)[..., :3].abs().sum(-1).mean()
         turn = (made - route)[..., 3:].abs().sum(-1).mean()
         speed = torch.diff(made - route, dim=1).abs().sum(-1).mean() * FPS
-        kl = divergence(mean, log_variance)
+        kl = divergence(mean, log_variance, windows.FREE)
         seconds = (self.net.seconds(ends).log() - torch.tensor((length - 1) / FPS).log()).abs().mean()
         loss = place + turn + SPEED_WEIGHT * speed + KL_WEIGHT * kl + SECONDS_WEIGHT * seconds
         return {"loss": loss, "t": place, "r": turn, "speed": speed, "kl": kl, "seconds": seconds}

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -78,12 +77,11 @@ class Run:
         self.shown = made.data.batch(spread)
 
     def report(self) -> dict[str, float]:
-        """Write a line of the log and return it. Raise FloatingPointError where a loss is not finite."""
+        """Write a line of the log and return it. Raise FloatingPointError where all gradients were dropped."""
         values = self.trainer.losses()
         curves.note(self.work / "log.jsonl", self.trainer.step_number, time.time() - self.began, values)
-        wrong = [name for name, value in values.items() if not math.isfinite(value)]
-        if wrong:
-            raise FloatingPointError(f"{wrong[0]} is not finite at step {self.trainer.step_number}")
+        if values.get("dropped", 0.0) == 1.0:
+            raise FloatingPointError(f"no gradient is finite at step {self.trainer.step_number}")
         return values
 
     @torch.no_grad()

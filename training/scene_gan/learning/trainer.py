@@ -18,6 +18,7 @@ from . import losses
 from .options import Options
 
 WARM_UP = 3  # steps before the capture
+STEEPEST = 10.0  # largest norm of a gradient
 CLASSES = {
     "trajectory": judges.TrajectoryCritic,
     "pose": judges.PoseCritic,
@@ -169,9 +170,7 @@ class Trainer:
             total = total - apart + losses.PENALTY * penalty
             self._note(f"{name}_distance", apart)
             self._note(f"{name}_penalty", penalty)
-        self.critic_steps.zero_grad(set_to_none=True)
-        total.backward()
-        self.critic_steps.step()
+        self._descend(self.critic_steps, total)
 
     def _train_generators(self, batch: Batch) -> None:
         scene = self.scene(batch)
@@ -194,9 +193,20 @@ class Trainer:
             total = total + supervised
         self._note("root_error", (made.root - batch.motions.root).norm(dim=-1).mean())
         self._note("pose_error", (made.positions - batch.motions.positions).norm(dim=-1).mean())
-        self.generator_steps.zero_grad(set_to_none=True)
-        total.backward()
-        self.generator_steps.step()
+        self._descend(self.generator_steps, total)
+
+    def _descend(self, optimiser: torch.optim.Optimizer, loss: torch.Tensor) -> None:
+        """Take a step with a gradient of limited norm; one that is not finite changes nothing and is counted."""
+        optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        values = [p.grad for group in optimiser.param_groups for p in group["params"] if p.grad is not None]
+        norm = torch.stack(torch._foreach_norm(values)).norm()
+        finite = torch.isfinite(norm)
+        for value in values:
+            value.nan_to_num_(0.0, 0.0, 0.0)
+        torch._foreach_mul_(values, torch.where(finite, (STEEPEST / norm).clamp(max=1.0), 0.0))
+        self._note("dropped", 1 - finite.float())
+        optimiser.step()
 
     @torch.no_grad()
     def _average(self) -> None:
@@ -226,7 +236,8 @@ class Trainer:
     def losses(self) -> dict[str, float]:
         """Return the means since the last call.
 
-        These are distance and penalty of each critic, and errors, metres, against the true window of the same start.
+        These are distance and penalty of each critic, errors, metres, against the true window of the same start, and
+        the share of dropped gradients.
         """
         found = {name: float(total / count) for name, (total, count) in self._sums.items()}
         for both in self._sums.values():

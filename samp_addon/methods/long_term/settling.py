@@ -1,0 +1,108 @@
+"""A single body put onto what carries it: a standing one onto the floor, a seated or lying one fitted to its furniture.
+
+Network frame, metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ... import rotation, skeleton
+from ...body import betas as shapes
+from ...body import human
+from ...frames import yaw_direction
+from ...scene.distance.signed_distance import SignedDistance
+from .figure import Figure, as_motion
+
+LIFTS = np.arange(-0.08, 0.081, 0.01)
+"""Metres by which a resting body is raised or lowered to touch what carries it."""
+TOUCHING = 0.005
+CHANGES = ("ahead", "up", "lean", "hips", "knees")
+"""What is changed to fit a body: metres along its facing and up; radians by which the trunk turns back while the legs
+stay, the thighs are raised, and the knees bent. The feet keep their angle to the floor."""
+SIGMA = np.array([0.05, 0.04, 0.12, 0.12, 0.20])
+"""Usual sizes of the changes: of the first round, and of what costs as much as TRUST metres of depth."""
+TRUST = 0.004
+ROUNDS, TRIED, KEPT = 4, 32, 6
+"""Rounds of the cross-entropy method, bodies tried in each, and those kept for the next one."""
+EVERY = 4
+"""Step through the 2,048 points of the skin."""
+SEAT = 0.22
+"""Metres around the pelvis, horizontally, in which skin rests on a seat."""
+LEGS = ("hip", "knee", "ankle")
+ACROSS = np.array([1.0, 0.0, 0.0])
+
+
+def grounded(figure: Figure, floor: float) -> Figure:
+    """Return a standing figure with its lowest skin on the floor."""
+    body = shapes.body_of(figure.betas)
+    # Rounded: the last bits of the skin depend on the number of threads, and takes must not.
+    lowest = round(float(human.skin(body, as_motion([figure]), body.collision)[0, :, 1].min()), 5)
+    return figure.moved(np.array([0.0, floor - lowest, 0.0]))
+
+
+def settled(
+    figures: Sequence[Figure], field: SignedDistance, floor: float
+) -> tuple[list[Figure], np.ndarray]:
+    """Return resting figures at the heights at which they fit best, and their costs (K,)."""
+    costs = fits(figures, field, floor, LIFTS)
+    best = costs.argmin(1)
+    moved = [figure.moved(np.array([0.0, LIFTS[k], 0.0])) for figure, k in zip(figures, best, strict=True)]
+    return moved, costs.min(1)
+
+
+def fits(
+    figures: Sequence[Figure], field: SignedDistance, floor: float, lifts: Sequence[float] = (0.0,)
+) -> np.ndarray:
+    """Return how badly figures fit at some heights (K, L): depth of the skin, distance of the skin that should rest."""
+    body = shapes.body_of(figures[0].betas)
+    skin = human.skin(body, as_motion(figures), body.collision[::EVERY]).astype(np.float64)
+    roots = np.array([figure.root for figure in figures])
+    resting = np.linalg.norm((skin - roots[:, None])[..., [0, 2]], axis=-1) < SEAT
+    costs = np.empty((len(figures), len(lifts)))
+    for column, lift in enumerate(lifts):
+        points = (skin + [0.0, lift, 0.0]).reshape(-1, 3)
+        distance = np.minimum(field.at(points)[0], points[:, 1] - floor).reshape(skin.shape[:2])
+        depth = np.maximum(-distance - TOUCHING, 0)
+        nearest = np.sort(np.where(resting, distance, np.inf), 1)[:, :10]
+        costs[:, column] = 20 * depth.mean(1) + depth.max(1) + np.abs(nearest).mean(1)
+    return costs
+
+
+def fitted(figure: Figure, field: SignedDistance, floor: float, action: str, seed: int) -> Figure:
+    """Return a resting figure moved and bent by CHANGES so that it neither floats nor is in its furniture.
+
+    Found by the cross-entropy method (Rubinstein 1999) from the figure itself; the result depends on ``seed`` only.
+    """
+    rng = np.random.default_rng(seed)
+    middle, sigma = np.zeros(len(CHANGES)), SIGMA.copy()
+    best, least = middle, np.inf
+    for _ in range(ROUNDS):
+        tried = middle + sigma * rng.standard_normal((TRIED, len(CHANGES)))
+        tried[0] = middle
+        costs = fits(changed(figure, tried, action), field, floor)[:, 0]
+        costs = np.round(costs + TRUST * np.square(tried / SIGMA).sum(1), 6)
+        order = costs.argsort(kind="stable")[:KEPT]
+        if costs[order[0]] < least:
+            best, least = tried[order[0]], costs[order[0]]
+        middle, sigma = tried[order].mean(0), tried[order].std(0) + 0.1 * sigma
+    return changed(figure, best[None], action)[0]
+
+
+def changed(figure: Figure, values: np.ndarray, action: str) -> list[Figure]:
+    """Return a figure with changes (K, 5), see CHANGES."""
+    ahead = yaw_direction(figure.facing(action))
+    root = figure.root + values[:, :1] * ahead + values[:, 1:2] * np.array([0.0, 1.0, 0.0])
+    turns = np.repeat(figure.rotations[None], len(values), 0)
+    lean, hips, knees = values[:, 2], values[:, 3], values[:, 4]
+    turn = lambda angle: rotation.from_axis_angle(angle[:, None] * ACROSS)
+    turns[:, 0] = rotation.multiply(turns[:, 0], turn(-lean))
+    for side in ("left", "right"):
+        hip, knee, ankle = (skeleton.INDEX[f"{side}_{part}"] for part in LEGS)
+        turns[:, hip] = rotation.multiply(turn(lean - hips), turns[:, hip])
+        turns[:, knee] = rotation.multiply(turns[:, knee], turn(knees))
+        turns[:, ankle] = rotation.multiply(turn(hips - knees), turns[:, ankle])
+    return [replace(figure, root=at, rotations=turned) for at, turned in zip(root, turns, strict=True)]
