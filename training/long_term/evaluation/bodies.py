@@ -51,7 +51,9 @@ def captured(data: RoomData, count: int, rng: np.random.Generator) -> list[tuple
 def measures(figures: Sequence[Figure], obstacles: Obstacles) -> dict[str, float]:
     """Return the shares of bodies in contact and of bodies deeper than 2 cm, percent."""
     body, touches, deep = shapes.body_of(figures[0].betas), [], []
-    for figure in figures:  # one by one: surface_depth looks at some frames only where neighbouring ones are alike
+    for (
+        figure
+    ) in figures:  # one by one: surface_depth looks at some frames only where neighbouring ones are alike
         motion = as_motion([figure])
         depth, touching = collision.body_depth(motion, obstacles, 0.0, body)
         touches.append(touching.any())
