@@ -32,6 +32,7 @@ PIECES = 4
 MODULE = __package__
 KEPT = ("*.safetensors", "*.sha256", "*.json", "*.jsonl", "*.txt", "*.png")
 PACKING = 25.0  # seconds reserved at the end for the archive
+PARTS = ("rough_", "way_")  # prefixes of the folders of parts
 SIZES = ("width", "noise", "pose_noise", "encoder_width")
 ROUGH = ("--part", "rough_pose", "--draws", "2", "--batch", "1024", "--rate", "5e-4", "--moving", "0.6")
 WAY = ("--part", "trajectory", "--draws", "8", "--batch", "256", "--rate", "5e-4")
@@ -54,11 +55,12 @@ def encoder_name(row: options.Options, width: str) -> str:
 def archive(folder: Path, output: Path) -> list[Path]:
     """Write the result files of a folder as pieces scene_gan.0, ...; return their paths.
 
-    Files are added from the smallest to the largest; those that exceed PIECES pieces are left out.
+    Files are added from the smallest to the largest; those that exceed PIECES pieces are left out, and so are the
+    weights of parts, which the runs contain.
     """
-    files = sorted(
-        {path for pattern in KEPT for path in folder.rglob(pattern)}, key=lambda p: p.stat().st_size
-    )
+    wanted = lambda path: path.suffix != ".safetensors" or not path.parent.name.startswith(PARTS)
+    found = {path for pattern in KEPT for path in folder.rglob(pattern) if wanted(path)}
+    files = sorted(found, key=lambda path: path.stat().st_size)
     held, room = io.BytesIO(), MOST * PIECES - 2**20
     with tarfile.open(fileobj=held, mode="w") as tar:
         for path in files:
@@ -96,8 +98,8 @@ def parts_of(row: options.Options, changes: dict[str, str]) -> dict[str, list[st
     made = flags({"view": row.settings.view} | sizes)
     common = ["--critics", "--no-sheet", "--checkpoint", "1000"]
     return {
-        f"rough_{suffix}": [*ROUGH, *common, *made],
-        f"way_{encoder_name(row, changes.get('encoder_width', '64'))}_{suffix}": [*WAY, *common, *made],
+        f"{PARTS[0]}{suffix}": [*ROUGH, *common, *made],
+        f"{PARTS[1]}{encoder_name(row, changes.get('encoder_width', '64'))}_{suffix}": [*WAY, *common, *made],
     }
 
 
@@ -143,14 +145,14 @@ class Programs:
                 extra += ["--test", str(Path(self.common[1]).parent / "test")]
             found[name] = start("pretrain", self.work / name, self.common + extra)
         if chosen.parts:
-            self._parts(chosen, "rough_", self.rough)
+            self._parts(chosen, PARTS[0], self.rough)
         wait(found, self.began + chosen.pretrain + 20)
 
     def parts(self, chosen: argparse.Namespace) -> None:
         """Train the trajectory generators until chosen.parts, when the dense parts end as well."""
         ways: dict[str, subprocess.Popen] = {}
         if chosen.parts:
-            self._parts(chosen, "way_", ways)
+            self._parts(chosen, PARTS[1], ways)
         wait(self.rough | ways, self.began + chosen.parts + 10)
 
     def _parts(self, chosen: argparse.Namespace, kind: str, running: dict[str, subprocess.Popen]) -> None:
@@ -158,7 +160,7 @@ class Programs:
             for name, extra in parts_of(options.ROWS[row], changes).items():
                 if name.startswith(kind) and name not in running:
                     end = ["--seconds", str(self.began + chosen.parts - time.time())]
-                    encoder = [] if kind == "rough_" else ["--encoder", str(self._encoder(row, changes))]
+                    encoder = [] if kind == PARTS[0] else ["--encoder", str(self._encoder(row, changes))]
                     running[name] = start(
                         "learning.train", self.work / name, self.common + extra + encoder + end
                     )

@@ -116,11 +116,21 @@ def test_an_archive_in_pieces(tmp_path, monkeypatch):
     (tmp_path / "out").mkdir()
     (tmp_path / "work" / "all" / "a.safetensors").write_bytes(bytes(range(256)) * 400)
     (tmp_path / "work" / "all" / "state.pt").write_bytes(b"left out")
+    (tmp_path / "work" / "rough_128").mkdir()
+    (tmp_path / "work" / "rough_128" / "a.safetensors").write_bytes(bytes(300))
     parts = gpu.archive(tmp_path / "work", tmp_path / "out")
     assert len(parts) == 3 and all(part.stat().st_size <= 40_000 for part in parts)
     gpu.join(tmp_path / "out", tmp_path / "again")
     assert (tmp_path / "again" / "all" / "a.safetensors").read_bytes() == bytes(range(256)) * 400
-    assert not (tmp_path / "again" / "all" / "state.pt").exists()
+    assert sorted(p.name for p in (tmp_path / "again").rglob("*.*")) == ["a.safetensors"]
+
+
+def test_runs_begin_with_their_parts():
+    sizes = {"width": "128", "draws": "4"}
+    rough, way = gpu.parts_of(options.row("all"), sizes).items()
+    assert rough[0] == "rough_128" and way[0] == "way_encoder_colour_64_128"
+    assert rough[1][-2:] == way[1][-2:] == ["--width", "128"] and "--draws" in way[1]
+    assert gpu.parts_of(options.row("csgn"), sizes) == {}
 
 
 def test_runs_by_name():
