@@ -6,7 +6,6 @@ import bpy
 import numpy as np
 import pytest
 import recordings
-import samp_blender
 from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.actions import keyframes, notes, reduce_keys
 from samp_blender.samp_addon.blender.character import character
@@ -14,12 +13,7 @@ from samp_blender.samp_addon.edits import key_reduction
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.motion import Goal
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

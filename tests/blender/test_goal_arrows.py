@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-import samp_blender
 from mathutils import Matrix
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.overlays import goal_arrows
@@ -14,12 +13,7 @@ from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.scene.seats import seats
 from samp_blender.training import furniture
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

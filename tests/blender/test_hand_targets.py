@@ -6,7 +6,6 @@ import bpy
 import numpy as np
 import pytest
 import recordings
-import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.actions import keyframes, notes, refine_action
 from samp_blender.samp_addon.blender.character import character
@@ -14,12 +13,7 @@ from samp_blender.samp_addon.blender.edits import hand_targets
 from samp_blender.samp_addon.edits.hand_target import hand_target
 from samp_blender.samp_addon.refine.hands.palm import palm
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

@@ -6,19 +6,13 @@ import bpy
 import numpy as np
 import pytest
 import recordings
-import samp_blender
 from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.edits import blending
 from samp_blender.samp_addon.blender.overlays import trails
 from samp_blender.samp_addon.edits.blending import blended
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.blender.overlays import drawing, previews, start_marker, waypoints
@@ -15,12 +14,7 @@ from samp_blender.samp_addon.scene.navmesh.navmesh import Agent
 from samp_blender.tests.support import layouts
 from samp_blender.tests.support.blender import rigs
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

@@ -7,18 +7,12 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.edits import following, origin, redo, watching
 from samp_blender.samp_addon.methods.samp import networks
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,6 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from boxes import add_boxes
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
@@ -16,11 +15,7 @@ from samp_blender.samp_addon.methods.samp import networks
 PLACES = {"Ann": (-1.5, 0.0), "Bob": (0.0, 0.8), "Cid": (1.5, 0.0)}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

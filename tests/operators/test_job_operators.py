@@ -12,7 +12,6 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.samp_addon.blender import running_work, thread_run
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
@@ -27,12 +26,7 @@ from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.samp_addon.refine import refinement
 from screen import Screen
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-import samp_blender
 from samp_blender.operators import OPERATORS, operator_class
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
@@ -13,12 +12,7 @@ from samp_blender.samp_addon.blender.takes import amass_files
 from samp_blender.samp_addon.body import amass, body_shape
 from samp_blender.tests.support.blender import rigs
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

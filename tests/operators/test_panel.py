@@ -20,12 +20,7 @@ from samp_blender.samp_addon.methods import registry
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel, takes
 from samp_blender.tests.support.blender import rigs
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

@@ -8,18 +8,12 @@ import bpy
 import fakes
 import numpy as np
 import pytest
-import samp_blender
 from boxes import add_boxes
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
 from samp_blender.samp_addon.methods.samp import networks
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

@@ -4,18 +4,13 @@ from pathlib import Path
 
 import bpy
 import pytest
-import samp_blender
 from samp_blender.samp_addon.ui import presets
 from samp_blender.samp_addon.vocabulary import POSTURE_NAMES
 
 SHIPPED = sorted((Path(presets.__file__).parent / presets.FOLDER).glob("*.py"))
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 def test_blender_finds_the_presets():

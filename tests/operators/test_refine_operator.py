@@ -11,7 +11,6 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.operators import refine as operator
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.blender import compat
@@ -30,11 +29,7 @@ FRAMES = 60
 KNEE = 'pose.bones["left_knee"].rotation_quaternion'
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,6 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.operators.send_to_farm import SAMP_OT_send_to_farm
 from samp_blender.operators.thread_operator import ThreadOperator
 from samp_blender.samp_addon.batch import jobs_file, main
@@ -26,12 +25,7 @@ from samp_blender.samp_addon.body import amass
 from samp_blender.samp_addon.methods.samp import networks
 from screen import Screen
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ import fakes
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import armature, character, start
@@ -20,12 +19,7 @@ from samp_blender.samp_addon.methods.samp.networks import Networks
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.tests.support.blender import rigs
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

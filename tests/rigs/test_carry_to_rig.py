@@ -10,7 +10,6 @@ import humanoids
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.samp_addon import frames, rotation, skeleton
 from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.actions import keyframes
@@ -31,11 +30,7 @@ from samp_blender.tests.support.blender import rigs
 LEGS = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @functools.cache

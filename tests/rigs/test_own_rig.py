@@ -7,7 +7,6 @@ import humanoids
 import numpy as np
 import pytest
 import rooms
-import samp_blender
 from samp_blender.samp_addon import frames
 from samp_blender.samp_addon.blender.actions import notes
 from samp_blender.samp_addon.blender.rigs import carry_to_rig, performers
@@ -20,11 +19,7 @@ from samp_blender.tests.support.blender import rigs
 KINDS = ("mixamo", "unreal 5")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 @pytest.fixture

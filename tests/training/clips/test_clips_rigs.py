@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import recordings
 import rigs
-import samp_blender
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
@@ -23,11 +22,7 @@ from samp_blender.training.clips.retarget import retargeted
 BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _registered():
-    samp_blender.register()
-    yield
-    samp_blender.unregister()
+pytestmark = pytest.mark.usefixtures("registered")
 
 
 def exported(path, kind: str, motion):
