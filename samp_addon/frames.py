@@ -35,6 +35,12 @@ def yawed_axes(yaw: float) -> np.ndarray:
     return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
 
 
+def ground_lengths(line: np.ndarray) -> np.ndarray:
+    """Return the lengths (N,) along a line (N, 3) from its first point to each one, seen from above, metres."""
+    steps = np.linalg.norm(np.diff(line[:, [0, 2]], axis=0), axis=-1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 def wrap_angle(angle: np.ndarray | float) -> np.ndarray | float:
     """Wrap angles in radians to [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import map_coordinates
 
+from ..frames import ground_lengths
 from .distance.solids import overlapping_box
 
 STEP = 0.02
@@ -82,7 +83,7 @@ def find(path: np.ndarray, triangles: np.ndarray) -> list[Flight]:
     """Return the flights on a path (M, 3) over the ground, in order. triangles: (F, 3, 3) of the scene."""
     if len(path) < 2 or np.ptp(path[:, 1]) < LEAST_RISE:
         return []
-    lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path[:, [0, 2]], axis=0), axis=-1)))
+    lengths = ground_lengths(path)
     at = np.arange(0.0, lengths[-1], STEP)
     line = np.stack([np.interp(at, lengths, path[:, k]) for k in range(3)], -1)
     heights = surface(triangles, line)

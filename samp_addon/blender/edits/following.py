@@ -9,6 +9,7 @@ import numpy as np
 
 from ... import frames
 from ...errors import SampError
+from ...frames import ground_lengths
 from ...motion import Motion
 from ...pipeline.driver import Toolbox
 from ..actions import keyframes, notes
@@ -118,8 +119,7 @@ def _begins(made: Origin, whole: Motion, change: Change, first: int) -> int:
         begin = passing[-1] if passing else begin
     else:
         begin, end = ([begin, *passing][change.waypoint], passing[change.waypoint])
-    steps = np.linalg.norm(np.diff(whole.root[begin : end + 1, [0, 2]], axis=0), axis=-1)
-    way = np.concatenate([[0.0], np.cumsum(steps)])
+    way = ground_lengths(whole.root[begin : end + 1])
     parted = way[-1] * min(1.0, PARTED / change.distance) - AHEAD
     if change.waypoint is None:
         parted = min(parted, way[-1] - APPROACH)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import PathError, SampError
-from ...frames import direction_yaw
+from ...frames import direction_yaw, ground_lengths
 from ...scene.navmesh import path as paths
 from ...scene.navmesh.navmesh import NavMesh
 from ...vocabulary import SEATED
@@ -57,7 +57,7 @@ def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
 
     The first and the last stretch of a way lead off and onto the furniture that its ends are on.
     """
-    at = _distances(line)
+    at = ground_lengths(line)
     total = at[-1]
     low = at[1] + CLEAR if start.action in SEATED else 0.0
     high = at[-2] - CLEAR if end.action in SEATED else total
@@ -99,10 +99,6 @@ def _between(line: np.ndarray, at: np.ndarray, mark: float) -> Place:
     floor, before, after = (_point(line, at, mark + shift) for shift in (0.0, -TANGENT, TANGENT))
     yaw = float(direction_yaw(after - before))
     return Place("walk", floor + [0.0, places.standing_height(), 0.0], yaw, floor, fixed=False)
-
-
-def _distances(line: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, [0, 2]], axis=0), axis=-1))])
 
 
 def _point(line: np.ndarray, at: np.ndarray, mark: float) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from ... import skeleton
 from ...body import betas as shapes
 from ...body import hand_poses, proportions
+from ...frames import ground_lengths
 from ...motion import Motion
 from ...vocabulary import SEATED
 from . import bodies, joining, networks, way
@@ -101,7 +102,8 @@ class Synthesis:
         """Add the window to a stop; return the body there."""
         phase = None
         if not stop.fixed:
-            phase = float(np.arctan2(*networks.phase(figure)[::-1])) + 2 * np.pi * _length(path) / CYCLE
+            strides = ground_lengths(path)[-1] / CYCLE
+            phase = float(np.arctan2(*networks.phase(figure)[::-1])) + 2 * np.pi * float(strides)
         target = stop.body
         if target is None:
             target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
@@ -156,7 +158,3 @@ def known_betas(betas: np.ndarray | None) -> np.ndarray:
 def is_resting(place: Place) -> bool:
     """Return whether a body sits or lies at a place."""
     return place.action in SEATED
-
-
-def _length(path: np.ndarray) -> float:
-    return float(np.linalg.norm(np.diff(path[:, [0, 2]], axis=0), axis=-1).sum())

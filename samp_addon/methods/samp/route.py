@@ -7,6 +7,7 @@ from copy import copy
 
 import numpy as np
 
+from ...frames import ground_lengths
 from ...motion import Goal
 from ...vocabulary import ACTIONS, SEATED
 
@@ -52,8 +53,7 @@ class Route:
         self.points = np.array([points[k] for k in keep])
         if len(self.points) == 1:
             self.points = np.repeat(self.points, 2, 0)
-        steps = np.diff(self.points[:, [0, 2]], axis=0)
-        self.lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=-1))])
+        self.lengths = ground_lengths(self.points)
         self.goals, self.radii, self.along = self._goals(goal, action, on_floor)
 
     @property

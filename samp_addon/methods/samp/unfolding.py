@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...frames import ground_lengths
 from ...scene.flights import Flight
 
 STEP = 0.6
@@ -44,7 +45,7 @@ class Unfolded:
         longer = [float(new[-1]) - flight.length for new, flight in zip(risers, flights, strict=True)]
         steps = [-extra * flight.direction for extra, flight in zip(longer, flights, strict=True)]
         moved = np.concatenate([np.cumsum(np.reshape(steps, (-1, 3))[::-1], 0)[::-1], np.zeros((1, 3))])
-        lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path[:, [0, 2]], axis=0), axis=-1)))
+        lengths = ground_lengths(path)
         points = []
         for k in range(len(flights) + 1):
             after = -np.inf if k == 0 else flights[k - 1].end

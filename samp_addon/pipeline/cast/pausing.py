@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...frames import direction_yaw
+from ...frames import direction_yaw, ground_lengths
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...methods.take import Take
@@ -32,8 +32,7 @@ Pause = tuple[np.ndarray, float, float]
 
 def at(take: Take, frame: int, seconds: float) -> Pause | None:
     """Return the pause where a take is in a frame; None where it has hardly set off by then."""
-    way = np.linalg.norm(np.diff(take.motion.root[: frame + 1, [0, 2]], axis=0), axis=-1).sum()
-    if way < LEAST_WAY:
+    if ground_lengths(take.motion.root[: frame + 1])[-1] < LEAST_WAY:
         return None
     place = take.motion.root[frame].copy()
     place[1] = take.floor_start[1]
