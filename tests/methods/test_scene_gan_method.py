@@ -117,6 +117,19 @@ def test_windows_are_joined_without_a_jump():
     assert steps.min() > 0.009 and steps.max() < 0.032 and np.abs(np.diff(steps)).max() < 0.01
 
 
+def test_a_window_goes_on_as_the_motion_before_it():
+    speed, turn = np.array([0.01, 0.0, 0.0]), rotation.about_y(0.02)
+    before, turned = np.stack([-speed, 0 * speed]), np.tile([1.0, 0, 0, 0], (2, 22, 1))
+    turned[1] = rotation.multiply(turned[0], turn)
+    made = np.concatenate([np.zeros((1, 3)), np.arange(1, 65)[:, None] * speed + [0.0, 0.08, 0.0]])
+    quats = np.concatenate([turned[1:], np.tile(rotation.about_y(0.9), (64, 22, 1))])
+    root, soft = improvisation.continued(made, quats, before, turned)
+    np.testing.assert_allclose(root[1], speed, atol=1e-9)
+    np.testing.assert_allclose(soft[1], np.tile(rotation.about_y(0.04), (22, 1)), atol=1e-9)
+    np.testing.assert_allclose(root[improvisation.EASED + 1 :], made[improvisation.EASED + 1 :], atol=1e-9)
+    assert np.abs(np.diff(root[:, 1])).max() < 0.02
+
+
 def test_a_take_is_as_long_as_asked_for_and_stays_in_view(room):
     method = SceneGanMethod(still((0.0, 0.0, 0.01)))
     view = scene(room, camera=camera(), start=(np.array([-2.0, 0.0, -2.5]), 0.5))

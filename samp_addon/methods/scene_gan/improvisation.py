@@ -19,6 +19,8 @@ from .ground import Ground
 
 OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
+EASED = 10
+"""Frames over which a window turns from the motion before it to what the network generated."""
 TOLERATED = 0.02
 """Share of a window's frames that may be beside the navmesh."""
 
@@ -91,7 +93,8 @@ class Improviser:
             raise SampError(
                 f"None of {draws} draws stays on free floor; try another seed, or move the character or the camera."
             )
-        return roots[good[0]], quats[good[0]], int(good[0]) + 1
+        made = continued(roots[good[0]], quats[good[0]], root, rotations)
+        return *made, int(good[0]) + 1
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""
@@ -102,6 +105,24 @@ class Improviser:
         at = torch.as_tensor(place[None, [0, 2]], dtype=torch.float32)
         yaw = torch.tensor([self.frame.yaw], dtype=torch.float32)
         return self.networks.encoder(height_map.around(grids, corner, cell, at, yaw))
+
+
+def continued(
+    root: np.ndarray, quats: np.ndarray, before: np.ndarray, turned: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a window (T, 3), (T, 22, 4), whose first frame is given, without the jump that follows it.
+
+    before, turned: the given frame and the one before it, (2, 3) and (2, 22, 4), whose velocity is kept at first.
+    """
+    weight = 1 - smoothstep(np.arange(len(root) - 1) / EASED)
+    moved = 2 * before[1] - before[0] - root[1]
+    step = rotation.multiply(rotation.conjugate(turned[0]), turned[1])
+    missing = rotation.multiply(rotation.multiply(turned[1], step), rotation.conjugate(quats[1]))
+    turns = rotation.from_axis_angle(weight[:, None, None] * rotation.to_axis_angle(missing))
+    return (
+        np.concatenate([root[:1], root[1:] + weight[:, None] * moved]),
+        np.concatenate([quats[:1], rotation.multiply(turns, quats[1:])]),
+    )
 
 
 def joined(
