@@ -8,9 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ... import rotation, skeleton
+from ... import rotation
 from ...motion import Motion, velocities
-from ...refine.feet.foot_lock import lock_feet
+from ...refine.feet.foot import FEET
+from ...refine.feet.foot_lock import FOUND, lock_feet
+from ...refine.feet.found_contacts import foot_contacts
+from ...refine.feet.grounding import grounded
 from ...vocabulary import ACTIONS, CONTACTS, SEATED
 
 MATCHED = 18
@@ -19,8 +22,6 @@ SEAM = 4.0
 """Frames around a seam in which the motion is smoothed; sigma of the weight."""
 SMOOTHING = 1.0
 """Frames: sigma of the Gaussian at a seam."""
-STILL, LOW = 0.35, 0.045
-"""Metres per second and metres over its lowest place under which a ball of the foot is on the ground."""
 WALKING = 0.25
 """Metres per second of the pelvis above which somebody walks."""
 
@@ -58,11 +59,12 @@ def joined(parts: Sequence[Part]) -> tuple[Motion, list[int]]:
 
 
 def finished(motion: Motion, floor: np.ndarray) -> Motion:
-    """Return the motion with contacts, and with feet that stay where they stand. floor: heights (T,)."""
-    motion = replace(motion, contacts=contacts(motion))
-    locked = lock_feet(motion, floor)
+    """Return the motion with contacts, on the floor, and with feet that stay where they stand. floor: heights (T,)."""
     resting = motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1)
     share = np.clip(1 - 2 * resting, 0, 1)  # feet of a body that rests are where the network has them
+    motion = grounded(motion, floor, share)
+    motion = replace(motion, contacts=contacts(motion))
+    locked = lock_feet(motion, floor, FOUND)
     return replace(
         motion,
         root=motion.root + share[:, None] * (locked.root - motion.root),
@@ -72,17 +74,11 @@ def finished(motion: Motion, floor: np.ndarray) -> Motion:
 
 def contacts(motion: Motion) -> np.ndarray:
     """Return the contacts (T, 5) by speed and height of the feet, and of the pelvis by the action."""
-    joints = motion.forward_kinematics()[0]
     found = np.zeros((len(motion), len(CONTACTS)))
     found[:, CONTACTS.index("pelvis")] = (
         motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1) > 0.5
     )
-    for side in ("left", "right"):
-        ball = joints[:, skeleton.INDEX[f"{side}_foot"]]
-        speed = np.linalg.norm(velocities(ball, motion.fps), axis=-1)
-        lowest = np.minimum.reduce([np.roll(ball[:, 1], k) for k in range(-20, 21, 4)])
-        on_ground = (gaussian_filter1d(speed, 1.0, mode="nearest") < STILL) & (ball[:, 1] < lowest + LOW)
-        found[:, CONTACTS.index(f"{side}_foot")] = gaussian_filter1d(on_ground.astype(float), 1.0) > 0.5
+    found[:, [foot.column for foot in FEET]] = foot_contacts(motion)
     return found
 
 

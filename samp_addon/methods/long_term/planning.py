@@ -53,7 +53,7 @@ def legs(mesh: NavMesh, stops: Sequence[Place]) -> list[Leg]:
 
 
 def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
-    """Return a way (N, 3) on the floor with places between, evenly spaced and none of them right at a seat.
+    """Return a way (N, 3) on the floor with places between, evenly spaced, the outermost in front of the seats.
 
     The first and the last stretch of a way lead off and onto the furniture that its ends are on.
     """
@@ -61,8 +61,11 @@ def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
     total = at[-1]
     low = at[1] + CLEAR if start.action in SEATED else 0.0
     high = at[-2] - CLEAR if end.action in SEATED else total
-    count = max(int(np.ceil(total / REACH)), 1)
-    marks = np.unique(np.clip([total * k / count for k in range(1, count)], low, max(low, high)))
+    if total > REACH:  # windows onto and off furniture are for that alone: longer ones glide over its edge
+        count = max(int(np.ceil((high - low) / REACH)), 1)
+        marks = np.linspace(low, max(low, high), count + 1)
+    else:
+        marks = np.zeros(0)
     marks = [float(mark) for mark in marks if LEAST < mark < total - LEAST]
     between = [_between(line, at, mark) for mark in marks]
     cuts = [0.0, *marks, total]

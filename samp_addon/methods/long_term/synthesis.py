@@ -24,6 +24,8 @@ CYCLE = 1.15
 """Metres of way in two steps, as in models/long_term/gait.py."""
 AROUND = 2.0
 """Metres around both ends of a window from which its cloud is taken."""
+RESTING_PACE = 0.85
+"""Of the usual pace in windows onto and off furniture, whose pelvis is hasty otherwise."""
 HELD = 60
 """Frames of the windows in which a body stays where it is, at most."""
 LEAST_HELD = 3
@@ -108,8 +110,9 @@ class Synthesis:
         if target is None:
             target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
         line = np.concatenate([figure.root[None], path[1:-1], target.root[None]])
+        pace = RESTING_PACE if {place.action, stop.action} & set(SEATED) else 1.0
         crossing = Crossing(
-            figure, target, way.resampled(line), (not place.fixed, not stop.fixed), self.speed,
+            figure, target, way.resampled(line), (not place.fixed, not stop.fixed), pace * self.speed,
             networks.noises(rng, self.scale),
         )  # fmt: skip
         motion = self.networks.cross(crossing, self._cloud(figure, target, rng))

@@ -60,7 +60,7 @@ class Maker:
                 lambda share: progress("Improvising", share),
             )  # fmt: skip
         with clock.stage("finish"):
-            motion = finishing.finish(made.root, made.rotations, self.ground, self.rest)
+            motion = finishing.finish(made.root, made.rotations, self.ground)
         return Take(
             draw.seed, motion, method="scene_gan", seconds=dict(clock.seconds),
             camera=None if frame.view is None else frame.view.name, laid_ground=self.mesh.laid_ground,

@@ -34,11 +34,15 @@ NO_GROUND = -1e3  # height of the ground where there is none
 @dataclass(frozen=True)
 class Settings:
     """Constants of a foot lock. clearance: metres between the sole of a swinging foot and the ground. blend: frames at
-    30 fps over which corrections fade. slack: metres over or under the floor at which a standing foot is left."""
+    30 fps over which corrections fade. slack: metres over or under the floor at which a standing foot is left. fastest:
+    m/s of a foot that may stand. carries: whether a foot that swings while the other one does not stand may carry the
+    body, and so is not lifted."""
 
     clearance: float
     blend: float
     slack: float = 0.0
+    fastest: float = stances.SWING_SPEED
+    carries: bool = False
 
 
 # A network that is unsure of its phase drags its feet: its locks are farther from where the feet were.
@@ -48,6 +52,9 @@ PLANNED = Settings(clearance=0.03, blend=6)
 # Captured feet swing soundly, and 3 mm in height are 5 degrees in a nearly straight knee.
 CAPTURED = Settings(clearance=0.008, blend=7, slack=0.01)
 
+# Contacts found by found_contacts.py: one foot stands at any time, however much the generated feet slide.
+FOUND = Settings(clearance=0.036, blend=7, fastest=0.9, carries=True)
+
 LIFT_SIGMA = 1.5  # frames at 30 fps of the Gaussian over the lift of a labelled swing
 LIFT_FADES = 0.01  # metres of clearance below which that lift fades out
 OFFSET_SIGMA = 0.75  # frames at 30 fps of the Gaussian over planned corrections
@@ -56,13 +63,24 @@ OFFSET_SIGMA = 0.75  # frames at 30 fps of the Gaussian over planned corrections
 def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0, settings: Settings = LABELLED) -> Motion:
     """Pin the feet of a motion during the stances of its contact labels.
 
-    floor: height of the support under the character, one number or (T,). settings: LABELLED or CAPTURED. Where a pinned
-    foot is out of the leg's reach the pelvis sinks a little, smoothly. Raises ValueError without motion.contacts.
+    floor: height of the support under the character, one number or (T,). settings: LABELLED, CAPTURED or FOUND. Where
+    a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly. Raises ValueError without
+    motion.contacts.
     """
     if motion.contacts is None:
         raise ValueError("foot lock needs the motion's contacts")
     floor = np.broadcast_to(np.asarray(floor, dtype=np.float64), len(motion))
-    corrections = [_labelled(motion, foot, floor, settings) for foot in FEET]
+    positions, _ = motion.forward_kinematics()
+    found = [
+        stances.from_contacts(
+            positions[:, foot.ball], motion.contacts[:, foot.column] > 0.5, motion.fps, settings.fastest
+        )
+        for foot in FEET
+    ]
+    corrections = [
+        _labelled(motion, foot, own, other, floor, settings)
+        for foot, own, other in zip(FEET, found, reversed(found), strict=True)
+    ]
     return apply(motion, corrections, lambda tips: floor)
 
 
@@ -80,13 +98,22 @@ def lock_to_plans(motion: Motion, plans: Sequence[FootPlan], ground: Ground) -> 
     return apply(motion, corrections, under_toes, upright)
 
 
-def _labelled(motion: Motion, foot: Foot, floor: np.ndarray, settings: Settings) -> Correction:
-    """Return the correction that pins the ball of a foot at its mean place during each labelled stance."""
+def _labelled(
+    motion: Motion,
+    foot: Foot,
+    found: list[stances.Stance],
+    others: list[stances.Stance],
+    floor: np.ndarray,
+    settings: Settings,
+) -> Correction:
+    """Return the correction that pins the ball of a foot at its mean place during each labelled stance.
+
+    found, others: stances of the foot and of the other one.
+    """
     positions, globals_ = motion.forward_kinematics()
     ball_joint = positions[:, foot.ball]
     heel, ball = sole_points(positions, globals_, motion.rest_joints, foot.side)
     blend = max(2, round(settings.blend * motion.fps / 30))
-    found = stances.from_contacts(ball_joint, motion.contacts[:, foot.column] > 0.5, motion.fps)
     offset = np.zeros((len(motion), 3))
     lowest = np.minimum(heel[:, 1], ball[:, 1]) - floor
     standing = np.zeros(len(motion), bool)
@@ -98,6 +125,11 @@ def _labelled(motion: Motion, foot: Foot, floor: np.ndarray, settings: Settings)
     offset = spread(offset, found, blend)
     toes = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1] - floor
     wanted = swing_clearance(ball_joint + offset, found, motion.fps, settings.clearance)
+    if settings.carries:
+        other = np.zeros(len(motion))
+        for stance in others:
+            other[stance.first : stance.last] = 1.0
+        wanted = wanted * other
     lift = np.maximum(wanted - np.minimum(lowest, toes) - offset[:, 1], 0.0)
     # The smoothed lift is faded out: it would reach into the stances.
     lift = gaussian_filter1d(lift, LIFT_SIGMA * motion.fps / 30, mode="nearest")

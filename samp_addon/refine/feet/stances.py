@@ -44,14 +44,16 @@ class Stance:
     flat: tuple[int, int] | None = None
 
 
-def from_contacts(ball: np.ndarray, contact: np.ndarray, fps: float) -> list[Stance]:
+def from_contacts(
+    ball: np.ndarray, contact: np.ndarray, fps: float, fastest: float = SWING_SPEED
+) -> list[Stance]:
     """Return the stances of a foot by its contact labels.
 
-    ball: (T, 3) of the ball joint. contact: (T,) flags.
+    ball: (T, 3) of the ball joint. contact: (T,) flags. fastest: m/s of a foot that may stand.
     """
     if len(ball) < 2:
         return []
-    slow = _smoothed_speed(ball[:, [0, 2]], fps) < SWING_SPEED
+    slow = _smoothed_speed(ball[:, [0, 2]], fps) < fastest
     free = max(1, round(STEP_TIME * fps / 2))
     return [
         Stance(*span)

@@ -18,8 +18,9 @@ import numpy as np
 from ....samp_addon.errors import SampError
 from ....samp_addon.evaluation import collision, feet, guards, support
 from ....samp_addon.evaluation.obstacles import Obstacles
-from ....samp_addon.methods.long_term import networks
+from ....samp_addon.methods.long_term import networks, places
 from ....samp_addon.methods.long_term.method import LongTerm
+from ....samp_addon.methods.long_term.surfaces import Surfaces
 from ....samp_addon.methods.method import Draw
 from ....samp_addon.methods.scene_view import SceneView
 from ....samp_addon.methods.step import Step
@@ -37,9 +38,11 @@ TRIES = 200
 def sub_goals(
     data: RoomData, view: SceneView, count: int, rng: np.random.Generator
 ) -> list[tuple[np.ndarray, float]]:
-    """Return random points on floor, seats and beds with yaws, each at least APART from the previous one."""
+    """Return random points on floor, seats and beds with yaws, each at least APART from the previous one, where a body
+    has room."""
     room = data.room
     mesh = view.navmesh
+    surfaces = Surfaces(room.triangles, mesh)
     low = mesh.points[:, 1] < 0.1  # exclude the roof, which is walkable as well
     free, islands = mesh.points[low], mesh.island_of(mesh.walkable[low])
     free = free[islands == np.bincount(islands).argmax()]
@@ -63,6 +66,10 @@ def sub_goals(
         else:
             point, yaw = free[int(rng.integers(len(free)))], float(rng.uniform(-np.pi, np.pi))
         if not found or np.linalg.norm((point - found[-1][0])[[0, 2]]) > APART:
+            try:
+                places.find(surfaces, point, yaw, "It")
+            except SampError:  # a chair pushed under a table
+                continue
             found.append((point, yaw))
     return found
 

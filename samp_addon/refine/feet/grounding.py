@@ -1,0 +1,30 @@
+"""The whole body raised or lowered so that its lower foot stands on the floor. Network frame, metres."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ...motion import Motion
+from .foot import FEET, sole_points
+
+SIGMA = 4.0
+"""Frames over which the change of height is smoothed."""
+
+
+def grounded(motion: Motion, floor: np.ndarray, share: np.ndarray | float = 1.0) -> Motion:
+    """Return the motion with its lowest sole on the floor (T,). share: (T,) of the change that is made; 1 for all."""
+    height = share * (floor - lowest_sole(motion))
+    change = gaussian_filter1d(height, SIGMA, mode="nearest")
+    return replace(motion, root=motion.root + change[:, None] * np.array([0.0, 1.0, 0.0]))
+
+
+def lowest_sole(motion: Motion) -> np.ndarray:
+    """Return the height (T,) of the lowest heel or ball."""
+    positions, globals_ = motion.forward_kinematics()
+    points = [
+        point for foot in FEET for point in sole_points(positions, globals_, motion.rest_joints, foot.side)
+    ]
+    return np.min([point[:, 1] for point in points], axis=0)
