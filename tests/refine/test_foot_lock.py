@@ -5,7 +5,8 @@ import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.refine.feet.foot import sole_points, toe_tips
-from samp_blender.samp_addon.refine.feet.foot_lock import lock_feet
+from samp_blender.samp_addon.refine.feet.foot_lock import FOUND, lock_feet
+from samp_blender.samp_addon.refine.feet.grounding import grounded, lowest_sole
 from samp_blender.samp_addon.refine.inverse_kinematics import LIMBS, solve_limb
 from samp_blender.samp_addon.refine.runs import runs
 
@@ -129,3 +130,22 @@ def test_toes_bend_where_a_heel_rises():
     assert toe_tips(positions, globals_, REST, "left")[:, 1].min() > -0.004
     assert sole_points(positions, globals_, REST, "left")[1][:, 1].max() < 0.01, "the ball stays down"
     assert np.allclose(np.abs(locked.rotations[:, skeleton.INDEX["right_foot"], 0]), 1, atol=1e-6)
+
+
+def test_a_body_is_put_on_the_floor():
+    root, quats = standing(60)
+    floor = np.full(60, 0.3)
+    motion = Motion(root + np.linspace(-0.1, 0.2, 60)[:, None] * [0.0, 1.0, 0.0], quats)
+    np.testing.assert_allclose(lowest_sole(grounded(motion, floor)), floor, atol=0.03)
+    assert grounded(motion, floor, 0.0).root.tolist() == motion.root.tolist()
+
+
+@pytest.mark.parametrize(("settings", "rises"), [({}, True), ({"settings": FOUND}, False)])
+def test_feet_that_both_swing_may_carry_the_body(settings, rises):
+    root, quats = standing(60)
+    contacts = np.zeros((60, 5))
+    contacts[:10, 3:] = contacts[-10:, 3:] = 1
+    steps = np.clip((np.arange(60) - 10) / 40, 0, 1)
+    motion = Motion(root + steps[:, None] * [0.0, 0.0, 0.6], quats, contacts=contacts)
+    height = lowest_sole(lock_feet(motion, 0.0, **settings))[25:35].min()
+    assert bool(height > 0.02) == rises

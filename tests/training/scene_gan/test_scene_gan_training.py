@@ -191,3 +191,22 @@ def test_batches_can_have_more_bodies_that_travel(data):
     if len(data.moving):
         assert (far(data.sample(8, draws(), moving=0.5))[:4] >= 0.399).all()
     assert torch.equal(data.sample(8, draws(), moving=0.0).pairs, data.sample(8, draws()).pairs)
+
+
+def test_turns_about_bones_are_centred_away(data):
+    made = Trainer(data, replace(options.row("md", view="height", **SMALL), critics=()))
+    bias = made.networks.pose.rough.last.bias
+    with torch.no_grad():
+        bias.view(22, 6, -1)[12, 0] -= 0.4  # the neck turns in all windows
+    batch = data.batch(torch.arange(8))
+
+    def error() -> float:
+        with torch.no_grad():
+            known = batch.motions.velocities
+            six = made.networks.draw(made.scene(batch), batch.start, torch.Generator().manual_seed(0), known).six
+        return float((six - batch.motions.six)[:, 1:, 12].abs().mean())
+
+    before = error()
+    made.centre(4)
+    assert error() < 0.3 * before
+    assert torch.equal(made.average["pose.rough.last.bias"], bias)

@@ -11,7 +11,7 @@ from ....models.scene_gan.projection import Motions
 
 PENALTY, TARGET = 10.0, 0.1
 SPEED = 10.0  # frames: weight of errors of velocity, metres per frame, beside those of position, metres
-TURN = 0.2  # metres: weight of errors of the 6-D rotations
+TURN = 1.0  # metres: weight of errors of the 6-D rotations; with 0.2, joints turned once about their bones
 SHARE = 0.2  # share of the largest error up to which the inverse Huber loss is linear
 
 

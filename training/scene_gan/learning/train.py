@@ -56,6 +56,9 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--moving", type=float, help="share of each batch in which bodies travel")
     made.add_argument("--critics", nargs="*", choices=options.CRITICS, help="default: those of the row; none")
     made.add_argument("--context-weight", type=float)
+    made.add_argument(
+        "--centre", action="store_true", help="first centre the pose generator, see centring.py"
+    )
     made.add_argument("--along", action="store_true", default=None, help="train the encoder as well")
     made.add_argument("--checkpoint", type=float, default=300.0, help="seconds between checkpoints")
     made.add_argument("--report", type=float, default=30.0, help="seconds between lines of the log")
@@ -140,6 +143,8 @@ def main(arguments: list[str] | None = None) -> int:
             made.begin(folder / STATE, json.loads((folder / "options.json").read_text())["part"])
     if not wanted.along and wanted.sees_scene:
         made.cache_features(chosen.work)
+    if chosen.centre and not made.step_number:
+        made.centre()
     run = Run(made, chosen.work, not chosen.no_sheet)
     if chosen.device != "cpu" and not chosen.no_graph:
         made.capture()

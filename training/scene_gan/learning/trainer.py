@@ -14,7 +14,7 @@ from ....models.scene_gan.projection import Motions
 from ....models.scene_gan.scene_encoder import SceneEncoder
 from ... import cuda_graph
 from ..data.dataset import Batch, Dataset
-from . import losses
+from . import centring, losses
 from .options import Options
 
 WARM_UP = 3  # steps before the capture
@@ -279,6 +279,14 @@ class Trainer:
                 critic.load_state_dict(kept)
         averaged = {k: v for k, v in state["average"].items() if k in own}
         self.average, self._averaged = self.average | averaged, []
+
+    def centre(self, count: int = 6) -> None:
+        """Centre the pose generator on ``count`` batches, see centring.py, and start the average from there."""
+        batches = [self._sample() for _ in range(count)]
+        centring.centre(self.networks.pose, batches, [self.scene(batch) for batch in batches], self.draws)
+        bias = "pose.rough.last.bias"
+        self.average[bias] = self.networks.state_dict()[bias].clone()
+        self._averaged = []
 
     def resume(self, path: Path) -> None:
         """Resume from a state written by `save`."""
