@@ -8,6 +8,7 @@ import numpy as np
 
 from ..frames import direction_yaw
 from ..motion import Goal, Motion
+from ..refine.feet.grounding import lowest_sole
 from ..refine.refinement import Refined
 from ..vocabulary import SEATED
 
@@ -51,7 +52,7 @@ class Take:
         """Height of the lowest ground that the take is on: its path's, else the assumed floor, else its feet's."""
         if self.waypoints is not None:
             return float(self.waypoints[:, 1].min())
-        return self.laid_ground if self.laid_ground is not None else self._lowest_joints().min()
+        return self.laid_ground if self.laid_ground is not None else float(self._lowest().min())
 
     @property
     def floor_start(self) -> np.ndarray:
@@ -81,12 +82,12 @@ class Take:
 
     def _below_pelvis(self, frame: int) -> np.ndarray:
         place = self.motion.root[frame].copy()
-        place[1] = self.laid_ground if self.laid_ground is not None else self._lowest_joints()[frame]
+        place[1] = self.laid_ground if self.laid_ground is not None else self._lowest()[frame]
         return place
 
-    def _lowest_joints(self) -> np.ndarray:
-        """Height of the lowest joint in each frame (T,)."""
-        return self.motion.forward_kinematics()[0][..., 1].min(1)
+    def _lowest(self) -> np.ndarray:
+        """Height of the lowest sole or joint in each frame (T,)."""
+        return np.minimum(lowest_sole(self.motion), self.motion.forward_kinematics()[0][..., 1].min(1))
 
 
 @dataclass(frozen=True)

@@ -208,5 +208,5 @@ def test_turns_about_bones_are_centred_away(data):
 
     before = error()
     made.centre(4)
-    assert error() < 0.3 * before
+    assert error() < 0.5 * before
     assert torch.equal(made.average["pose.rough.last.bias"], bias)
