@@ -243,7 +243,7 @@ def test_a_take_that_cannot_be_refined_is_kept_and_reported(start):
         ({"action": "idle", "variants": 0}, "--variants"),
         ({"action": "idle", "seed": -1}, "--seed"),
         ({"action": "idle", "hold": -1.0}, "--hold"),
-        ({"action": "idle", "method": "scene_gan"}, "no method"),
+        ({"action": "idle", "method": "scene_gan", "target": "Sofa"}, "goes to no target"),
         ({"action": "idle", "method": "magic"}, "no method"),
     ],
 )

@@ -10,10 +10,11 @@ from samp_blender.models.long_term import guided_pose, guided_route, pose_prior,
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import hand_poses, human
 from samp_blender.samp_addon.errors import SampError, UsageError
-from samp_blender.samp_addon.methods.long_term import joining, places, planning, way
+from samp_blender.samp_addon.methods.long_term import joining, planning, way
 from samp_blender.samp_addon.methods.long_term.figure import Figure, as_motion
 from samp_blender.samp_addon.methods.long_term.method import LongTerm
 from samp_blender.samp_addon.methods.long_term.networks import Crossing, Networks, noises
+from samp_blender.samp_addon.methods.long_term.sub_goals import places
 from samp_blender.samp_addon.methods.long_term.surfaces import Surfaces
 from samp_blender.samp_addon.methods.method import Draw
 from samp_blender.samp_addon.methods.scene_view import SceneView

@@ -12,8 +12,8 @@ from ... import frames, skeleton
 from ...body import betas, proportions
 from ...errors import SampError
 from ...methods import registry
-from ...methods.long_term.bodies import SubGoalBodies
-from ...methods.long_term.places import Place
+from ...methods.long_term.sub_goals.bodies import SubGoalBodies
+from ...methods.long_term.sub_goals.places import Place
 from ...methods.scene_view import SceneView
 from ...motion import Motion
 from ...vocabulary import SEATED
@@ -208,7 +208,7 @@ def _towards(context: bpy.types.Context, owner: bpy.types.Object, point: np.ndar
 
 def _below(tools: SubGoalBodies, pose: Motion) -> np.ndarray:
     """Return the point (3,) on what carries a pose: the highest surface below its pelvis."""
-    from ...methods.long_term import places
+    from ...methods.long_term.sub_goals import places
 
     surfaces = tools.surfaces
     for depth in np.arange(0.1, 1.3, 0.2):

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from ..scene_view import SceneView
     from ..step import Step
     from ..take import Failure, Take
-    from .bodies import SubGoalBodies
     from .networks import Networks
+    from .sub_goals.bodies import SubGoalBodies
 
 # Numpy, scipy and torch are imported when a take is generated: the panel asks for a method's name at every redraw.
 
@@ -116,7 +116,7 @@ class LongTerm:
     def bodies(self, scene: SceneView) -> SubGoalBodies:
         """Return what draws bodies at the sub-goals of a scene. Raises SampError where nothing is walkable."""
         from ..samp import refusals
-        from .bodies import SubGoalBodies
+        from .sub_goals.bodies import SubGoalBodies
         from .surfaces import Surfaces
         from .synthesis import known_betas
 

@@ -15,8 +15,9 @@ from ...frames import direction_yaw, ground_lengths
 from ...scene.navmesh import path as paths
 from ...scene.navmesh.navmesh import NavMesh
 from ...vocabulary import SEATED
-from . import places, way
-from .places import Place
+from . import way
+from .sub_goals import places
+from .sub_goals.places import Place
 
 REACH = 2.1
 """Metres of way that one window bridges: about two seconds of walking."""

@@ -20,11 +20,12 @@ from ..samp.planning import Planner as TargetPlanner
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import SubGoal, Take
-from . import bodies, joining, places, planning, synthesis
+from . import joining, planning, synthesis
 from .figure import Figure
 from .networks import Networks
-from .places import Place
 from .planning import Leg
+from .sub_goals import bodies, places
+from .sub_goals.places import Place
 from .surfaces import Surfaces
 
 MOVED = 0.1

@@ -13,11 +13,12 @@ from ...body import hand_poses, proportions
 from ...frames import ground_lengths
 from ...motion import Motion
 from ...vocabulary import SEATED
-from . import bodies, joining, networks, way
+from . import joining, networks, way
 from .figure import Figure
 from .networks import Crossing, Networks
-from .places import Place
 from .planning import Leg
+from .sub_goals import bodies
+from .sub_goals.places import Place
 from .surfaces import Surfaces
 
 CYCLE = 1.15

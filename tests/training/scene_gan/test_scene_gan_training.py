@@ -203,7 +203,9 @@ def test_turns_about_bones_are_centred_away(data):
     def error() -> float:
         with torch.no_grad():
             known = batch.motions.velocities
-            six = made.networks.draw(made.scene(batch), batch.start, torch.Generator().manual_seed(0), known).six
+            six = made.networks.draw(
+                made.scene(batch), batch.start, torch.Generator().manual_seed(0), known
+            ).six
         return float((six - batch.motions.six)[:, 1:, 12].abs().mean())
 
     before = error()

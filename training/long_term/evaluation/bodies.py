@@ -16,10 +16,11 @@ import numpy as np
 from ....samp_addon.body import betas as shapes
 from ....samp_addon.evaluation import collision
 from ....samp_addon.evaluation.obstacles import Obstacles
-from ....samp_addon.methods.long_term import bodies, networks
+from ....samp_addon.methods.long_term import networks
 from ....samp_addon.methods.long_term.figure import Figure, as_motion
 from ....samp_addon.methods.long_term.networks import Wanted
-from ....samp_addon.methods.long_term.places import Place
+from ....samp_addon.methods.long_term.sub_goals import bodies
+from ....samp_addon.methods.long_term.sub_goals.places import Place
 from ....samp_addon.methods.long_term.surfaces import Surfaces
 from ....samp_addon.scene.navmesh import navmesh
 from ...rooms.corpus.store import Corpus, RoomData

@@ -18,8 +18,9 @@ import numpy as np
 from ....samp_addon.errors import SampError
 from ....samp_addon.evaluation import collision, feet, guards, support
 from ....samp_addon.evaluation.obstacles import Obstacles
-from ....samp_addon.methods.long_term import networks, places
+from ....samp_addon.methods.long_term import networks
 from ....samp_addon.methods.long_term.method import LongTerm
+from ....samp_addon.methods.long_term.sub_goals import places
 from ....samp_addon.methods.long_term.surfaces import Surfaces
 from ....samp_addon.methods.method import Draw
 from ....samp_addon.methods.scene_view import SceneView

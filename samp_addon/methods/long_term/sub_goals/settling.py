@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ... import rotation, skeleton
-from ...body import betas as shapes
-from ...body import human
-from ...frames import yaw_direction
-from ...scene.distance.signed_distance import SignedDistance
-from .figure import Figure, as_motion
+from .... import rotation, skeleton
+from ....body import betas as shapes
+from ....body import human
+from ....frames import yaw_direction
+from ....scene.distance.signed_distance import SignedDistance
+from ..figure import Figure, as_motion
 
 LIFTS = np.arange(-0.08, 0.081, 0.01)
 """Metres by which a resting body is raised or lowered to touch what carries it."""

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import rotation
-from ...body import betas as shapes
-from ...body import hand_poses, human, proportions
-from ...motion import Motion
-from ...vocabulary import CONTACTS, SEATED
+from .... import rotation
+from ....body import betas as shapes
+from ....body import hand_poses, human, proportions
+from ....motion import Motion
+from ....vocabulary import CONTACTS, SEATED
+from ..figure import Figure, as_motion
+from ..surfaces import Surfaces
 from . import places, settling
-from .figure import Figure, as_motion
 from .places import Place
-from .surfaces import Surfaces
 
 if TYPE_CHECKING:
-    from .networks import Networks
+    from ..networks import Networks
 
 DRAWS = 12
 """Bodies that are drawn for one place, the best of which is taken."""
@@ -96,8 +96,8 @@ def choose(
     betas: (10,). scale: standard deviation of the noise. phase: of the gait, radians, where the place is walked
     through; None where the body stays.
     """
-    from . import networks as tools
-    from .networks import Wanted
+    from .. import networks as tools
+    from ..networks import Wanted
 
     gait = np.zeros(2) if phase is None else np.array([np.cos(phase), np.sin(phase)])
     wanted = Wanted(place.action, place.pelvis, place.yaw, float(place.floor[1]), betas, gait)

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...body import human
-from ...errors import SampError
-from ...frames import yaw_direction
-from ...motion import Goal
-from ...scene.distance import solids
-from ...scene.navmesh.lattice import clip_to_box
-from ...scene.navmesh.navmesh import NavMesh
-from ...scene.seats import postures, seats
-from .surfaces import Surfaces
+from ....body import human
+from ....errors import SampError
+from ....frames import yaw_direction
+from ....motion import Goal
+from ....scene.distance import solids
+from ....scene.navmesh.lattice import clip_to_box
+from ....scene.navmesh.navmesh import NavMesh
+from ....scene.seats import postures, seats
+from ..surfaces import Surfaces
 
 if TYPE_CHECKING:
-    from .figure import Figure
+    from ..figure import Figure
 
 ABOVE, BELOW = 0.15, 0.30
 """Metres above and below a point within which its support is looked for."""
