@@ -25,7 +25,7 @@ CYCLE = 1.15
 """Metres of way in two steps, as in models/long_term/gait.py."""
 AROUND = 2.0
 """Metres around both ends of a window from which its cloud is taken."""
-RESTING_PACE = 0.72
+RESTING_PACE = 0.85
 """Of the usual pace in windows onto and off furniture, whose pelvis is hasty otherwise."""
 HELD = 60
 """Frames of the windows in which a body stays where it is, at most."""
