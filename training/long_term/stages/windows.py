@@ -12,7 +12,7 @@ from ..data import LongTermData, Windows
 POINTS = 512
 RADIUS = 2.0
 PRIOR_SHARE = 0.1  # share of the windows whose noise is drawn from the prior instead of the posterior
-FREE = 0.2  # nats of the divergence of each number of the noise that cost nothing; without them, PoseNet ignored it
+FREE = 0.2  # nats of the divergence of each number of the noise that cost nothing
 
 
 def draw_length(data: LongTermData) -> int:
