@@ -9,6 +9,7 @@ from samp_blender.models.scene_gan import (
     height_map,
     joint_graph,
     kinematics,
+    layers,
     networks,
     noise,
     projection,
@@ -165,3 +166,11 @@ def test_weights_are_read_back(tmp_path):
     path.with_suffix(".json").write_text("{}")
     with pytest.raises(weights.WeightsError):
         networks.load(tmp_path)
+
+
+@pytest.mark.parametrize("shape", [(2, 3, 4), (2, 3, 5, 8)])
+def test_twice_as_long_is_linear_interpolation(shape):
+    x = torch.randn(shape, generator=torch.Generator().manual_seed(0))
+    flat = x.reshape(shape[0], -1, shape[-1])
+    known = torch.nn.functional.interpolate(flat, scale_factor=2, mode="linear", align_corners=False)
+    torch.testing.assert_close(layers.twice_as_long(x), known.view(*shape[:-1], 2 * shape[-1]))
