@@ -184,6 +184,6 @@ def test_steps_of_two_methods_in_one_take(addon, room):
 
 def test_methods_that_are_not_there():
     known = ", ".join(registry.METHODS)
-    assert known.startswith("samp, long_term") and known.endswith("bounce")
+    assert "samp" in known and "bounce" in known
     with pytest.raises(UsageError, match=f"There is no method 'magic'; choose one of {known}"):
         Job(action="idle", method="magic")

@@ -17,6 +17,9 @@ from .chunks import Chunk, Work, bake_chunk
 WAITING = 2000
 """Tasks that the scheduler holds at a time."""
 
+LOSSES = 3
+"""Times that a chunk is submitted again, beyond the retries, because its result was lost with a worker."""
+
 EVERY = 2.0
 """Seconds between two looks at the number of workers."""
 
@@ -96,7 +99,9 @@ def bake_all(
         error = None if future.status == "finished" else _error(future)
         if isinstance(error, UsageError):
             raise error
-        if error is not None and tries[chunk] < retries:
+        # A result that was announced and died with its worker is not the chunk's fault.
+        allowed = retries + (LOSSES if future.status == "lost" else 0)
+        if error is not None and tries[chunk] < allowed:
             tries[chunk] += 1
             waiting.append(chunk)
         elif error is not None:
