@@ -11,15 +11,13 @@ from functools import cached_property
 import numpy as np
 
 from ...scene.distance import solids
-from ...scene.distance.signed_distance import SignedDistance, cached_field
+from ...scene.distance.signed_distance import SignedDistance, around_ground
 from ...scene.geometry import sample_surface
 from ...scene.navmesh.lattice import clip_to_box
 from ...scene.navmesh.navmesh import NavMesh
 
 MOST_POINTS = 512
 """Points of one cloud."""
-FREE = 24
-"""Points over walkable ground that decide which side of a surface is outside."""
 TALL = 2.2
 """Metres over the floor over which nothing is seen."""
 
@@ -55,5 +53,4 @@ class Surfaces:
     @cached_property
     def field(self) -> SignedDistance:
         """The signed distances of the scene."""
-        free = self.mesh.points[:: max(1, len(self.mesh.points) // FREE)] + [0.0, 1.0, 0.0]
-        return cached_field(self.triangles, free, self.mesh.laid_ground)
+        return around_ground(self.triangles, self.mesh)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...scene import geometry
+from ...scene.distance.signed_distance import SignedDistance, around_ground
 from ...scene.navmesh.navmesh import NavMesh
 
 OFF = 0.15
@@ -17,6 +18,8 @@ UPRIGHT = 0.75
 """Height of the pelvis over the floor, of standing, from which on a body is upright."""
 REACH, UNDER = 1.2, (0.02, 0.32)
 """A seated pelvis is at most so far from walkable ground, and a surface is this far under it; metres."""
+FLESH = 0.05
+"""Metres of flesh around a joint."""
 SAMPLES = 60_000
 
 
@@ -54,6 +57,16 @@ class Ground:
     def upright(self, root: np.ndarray) -> np.ndarray:
         """Return in which frames a pelvis (T, 3) is as high as of a standing body."""
         return root[:, 1] - self.floor(root - [0.0, self.standing, 0.0]) > UPRIGHT * self.standing
+
+    def pressed(self, joints: np.ndarray) -> float:
+        """Return how far joints (T, J, 3) are in the scene, or nearer to it than flesh allows: the mean over the frames
+        of the deepest one, metres."""
+        distance = self._field.at(joints.reshape(-1, 3))[0].reshape(joints.shape[:2])
+        return float(np.maximum(FLESH - distance, 0.0).max(1).mean())
+
+    @cached_property
+    def _field(self) -> SignedDistance:
+        return around_ground(self.triangles, self.mesh)
 
     @cached_property
     def _walkable(self) -> cKDTree:

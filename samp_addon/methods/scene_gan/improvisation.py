@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from ....models.scene_gan import height_map
+from ....models.scene_gan import height_map, kinematics
 from ....models.scene_gan.networks import SceneGan
 from ... import rotation
 from ...easing import smoothstep
@@ -21,6 +21,10 @@ OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
 EASED = 10
 """Frames over which a window turns from the motion before it to what the network generated."""
+PRESSED, EVERY = 0.005, 4
+"""Metres by which joints may be in furniture, see Ground.pressed, in each EVERY-th frame."""
+OFF_FLOOR = [k for k in range(kinematics.JOINTS) if k not in (7, 8, 10, 11)]
+"""All joints but ankles and feet, which are close to the floor."""
 TOLERATED = 0.02
 """Share of a window's frames that may be beside the navmesh."""
 
@@ -82,19 +86,22 @@ class Improviser:
     def _window(
         self, root: np.ndarray, rotations: np.ndarray, draws: int, random: torch.Generator
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the first of ``draws`` windows that stays where it may be: root (65, 3), rotations, its number."""
+        """Return the first of ``draws`` windows that stays where it may be and out of furniture, or nearly: root
+        (65, 3), rotations, its number."""
         floor = float(self.ground.floor(root[1:] - [0.0, self.ground.standing, 0.0])[0])
         start = self.frame.start(root, rotations, floor, self.rest, draws)
         scene = self._scene(root[1]).expand(draws, -1)
-        roots, quats, _ = self.frame.to_scene(self.networks.draw(scene, start, random))
+        roots, quats, joints = self.frame.to_scene(self.networks.draw(scene, start, random))
         wrong = np.array([self.ground.wrong(way[1:], floor) for way in roots])
         good = np.flatnonzero(wrong <= TOLERATED)
         if not len(good):
             raise SampError(
                 f"None of {draws} draws stays on free floor; try another seed, or move the character or the camera."
             )
-        made = continued(roots[good[0]], quats[good[0]], root, rotations)
-        return *made, int(good[0]) + 1
+        pressed = [round(self.ground.pressed(joints[k][1::EVERY][:, OFF_FLOOR]), 3) for k in good]
+        chosen = next((n for n, depth in enumerate(pressed) if depth <= PRESSED), int(np.argmin(pressed)))
+        best = good[chosen]
+        return *continued(roots[best], quats[best], root, rotations), int(best) + 1
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -20,12 +21,18 @@ from .orientation import orient_outward
 from .solids import BoxedTriangles, Surface, free_counts, solid_cells
 from .surface_samples import without_twins
 
+if TYPE_CHECKING:
+    from ..navmesh.navmesh import NavMesh
+
 CELL = 0.02
 BLOCK = 8
 """Cells along the edge of a block: 16 cm."""
 
 BAND = 0.12
 """Metres. Distances outside of solids are clipped to this."""
+
+FREE = 24
+"""Points over walkable ground that decide which side of a surface is outside."""
 
 TILE = 8
 """Blocks along the edge of a tile, whose cells are classified as inside or outside together."""
@@ -65,6 +72,12 @@ def cached_field(triangles: np.ndarray, free: np.ndarray, floor: float | None = 
     while len(_cache) > CACHED:
         _cache.popitem(last=False)
     return _cache[key]
+
+
+def around_ground(triangles: np.ndarray, mesh: NavMesh) -> SignedDistance:
+    """Return the distance field of a scene's triangles (F, 3, 3); what is over its walkable ground is outside."""
+    free = mesh.points[:: max(1, len(mesh.points) // FREE)] + [0.0, 1.0, 0.0]
+    return cached_field(triangles, free, mesh.laid_ground)
 
 
 def _surroundings(triangles: np.ndarray, free: np.ndarray) -> np.ndarray | None:
