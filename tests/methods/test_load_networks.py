@@ -8,7 +8,8 @@ from samp_blender.models import goal_net, weights
 from samp_blender.models.motion_net import ENCODER, MotionNet
 from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.methods.samp import goals
-from samp_blender.samp_addon.methods.samp.load_networks import hands_hang, load_goal_net, load_motion_net
+from samp_blender.samp_addon.methods.samp.load_networks import load_goal_net, load_motion_net
+from samp_blender.samp_addon.methods.start_poses import hands_hang
 from samp_blender.samp_addon.scene.voxels import InteractionGrid
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...errors import SampError
+from .. import start_poses
 
 if TYPE_CHECKING:
-    import numpy as np
     import torch
 
     from ....models.goal_net import GoalNet
@@ -80,23 +80,8 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
             if name in own:
                 tensors.setdefault(name, torch.zeros_like(own[name]))
         weights.fill(net, tensors, path)
-        kept = torch.as_tensor(hands_hang(start_rotations.double().numpy()))
-        # A person who waits with raised hands seems to hold something.
-        kept = kept if kept.any() else torch.ones_like(kept)
+        kept = torch.as_tensor(start_poses.usable(start_rotations.double().numpy()))
         return MotionNetwork(net.eval(), start_heights[kept].float(), start_rotations[kept].float())
-
-
-def hands_hang(rotations: np.ndarray) -> np.ndarray:
-    """Return flags (K,) of standing poses (K, 22, 4) with both wrists below the pelvis joint."""
-    import numpy as np
-
-    from ... import skeleton
-
-    joints, _ = skeleton.forward_kinematics(
-        np.zeros((len(rotations), 3)), rotations, skeleton.default_rest_joints()
-    )
-    wrists = [skeleton.INDEX[f"{side}_wrist"] for side in ("left", "right")]
-    return (joints[:, wrists, 1] < 0).all(1)
 
 
 @functools.lru_cache(maxsize=CACHED)

@@ -11,6 +11,7 @@ from ...errors import SampError
 from ...motion import Motion
 from ...scene.camera_view import CameraView
 from ...scene.navmesh.navmesh import NavMesh
+from .. import start_poses
 from ..take import Take
 from .ground import Ground
 
@@ -72,8 +73,8 @@ def on_floor(mesh: NavMesh, place: np.ndarray) -> np.ndarray:
 def standing(networks: SceneGan, ground: Ground, place: np.ndarray, yaw: float, rest: np.ndarray,
              random: np.random.Generator) -> Pose:  # fmt: skip
     """Return a captured standing pose at a place on the floor (3,), facing a yaw, twice."""
-    six = networks.standing[int(random.integers(len(networks.standing)))]
-    quats = rotation.matrix_to_quaternion(kinematics.matrices(six).double().numpy())
+    poses = rotation.matrix_to_quaternion(kinematics.matrices(networks.standing).double().numpy())
+    quats = random.choice(poses[start_poses.usable(poses)])
     quats[0] = rotation.multiply(rotation.about_y(yaw), quats[0])
     joints, _ = skeleton.forward_kinematics(np.zeros((1, 3)), quats[None], rest)
     # The lowest joint is as high over the floor as in the rest pose.

@@ -13,7 +13,7 @@ import torch
 
 from ....models import weights
 from ....samp_addon import rotation, skeleton
-from ....samp_addon.methods.samp.load_networks import hands_hang
+from ....samp_addon.methods.start_poses import hands_hang
 from ...mocap import clip_files, sources
 from ...mocap.posture import neutralised
 
