@@ -33,6 +33,7 @@ MODULE = __package__
 KEPT = ("*.safetensors", "*.sha256", "*.json", "*.jsonl", "*.txt", "*.png")
 PACKING = 25.0  # seconds reserved at the end for the archive
 PARTS = ("rough_", "way_")  # prefixes of the folders of parts
+ENCODER_WIDTH = "64"
 SIZES = ("width", "noise", "pose_noise", "encoder_width")
 ROUGH = ("--part", "rough_pose", "--draws", "2", "--batch", "1024", "--rate", "5e-4", "--moving", "0.6")
 WAY = ("--part", "trajectory", "--draws", "8", "--batch", "256", "--rate", "5e-4")
@@ -46,8 +47,9 @@ def parse_run(text: str) -> tuple[str, dict[str, str]]:
     return name, dict(pair.split("=", 1) for pair in filter(None, rest.split(",")))
 
 
-def encoder_name(row: options.Options, width: str) -> str:
-    """Return the name of the encoder that a row needs."""
+def encoder_name(row: options.Options, changes: dict[str, str]) -> str:
+    """Return the name of the encoder that a row with changes needs."""
+    width = changes.get("encoder_width", ENCODER_WIDTH)
     depth = "" if row.depth or row.settings.view == "height" else "_without_depth"
     return f"encoder_{row.settings.view}{depth}_{width}"
 
@@ -99,7 +101,7 @@ def parts_of(row: options.Options, changes: dict[str, str]) -> dict[str, list[st
     common = ["--critics", "--no-sheet", "--checkpoint", "1000"]
     return {
         f"{PARTS[0]}{suffix}": [*ROUGH, *common, *made],
-        f"{PARTS[1]}{encoder_name(row, changes.get('encoder_width', '64'))}_{suffix}": [*WAY, *common, *made],
+        f"{PARTS[1]}{encoder_name(row, changes)}_{suffix}": [*WAY, *common, *made],
     }
 
 
@@ -123,66 +125,67 @@ def wait(running: dict[str, subprocess.Popen], until: float) -> None:
 
 
 class Programs:
-    """The trainings of one call. work: folder of all. common: options of all. began: time of the start."""
+    """The trainings of one call. chosen: its options. scratch: folder of the unpacked data. work: folder of the
+    trainings. began: time of the start."""
 
-    def __init__(self, work: Path, common: list[str], began: float) -> None:
-        self.work, self.common, self.began = work, common, began
-        self.rough: dict[str, subprocess.Popen] = {}
+    def __init__(self, chosen: argparse.Namespace, scratch: Path, work: Path, began: float) -> None:
+        self.chosen, self.scratch, self.work, self.began = chosen, scratch, work, began
+        self.common = ["--data", str(scratch / "train"), "--device", chosen.device]
+        self.rows = [(row, options.ROWS[row], changes) for row, changes in chosen.run]
 
-    def encoders(self, chosen: argparse.Namespace) -> None:
-        """Pretrain the encoders of all runs until chosen.pretrain; the dense parts start beside them."""
+    def run(self) -> None:
+        """Pretrain the encoders, with the dense parts beside them; train the trajectories; then all runs."""
+        rough: dict[str, subprocess.Popen] = {}
+        encoders = self._encoders()
+        self._parts(PARTS[0], rough)
+        wait(encoders, self.began + self.chosen.pretrain + 20)
+        ways: dict[str, subprocess.Popen] = {}
+        self._parts(PARTS[1], ways)
+        wait(rough | ways, self.began + self.chosen.parts + 10)
+        self._runs()
+
+    def _encoders(self) -> dict[str, subprocess.Popen]:
+        """Start the encoders of all runs, which end at chosen.pretrain."""
         found: dict[str, subprocess.Popen] = {}
-        for row, changes in chosen.run:
-            base, width = options.ROWS[row], changes.get("encoder_width", "64")
-            name = encoder_name(base, width)
+        for _, base, changes in self.rows:
+            name = encoder_name(base, changes)
             if name in found:
                 continue
+            width = changes.get("encoder_width", ENCODER_WIDTH)
             extra = ["--view", base.settings.view, "--encoder-width", width, "--batch", "128",
-                     "--seconds", str(self.began + chosen.pretrain - time.time())]  # fmt: skip
+                     "--seconds", str(self.began + self.chosen.pretrain - time.time())]  # fmt: skip
             if not base.depth:
                 extra += ["--tasks", "classes"]
-            if chosen.test is not None:
-                extra += ["--test", str(Path(self.common[1]).parent / "test")]
+            if self.chosen.test is not None:
+                extra += ["--test", str(self.scratch / "test")]
             found[name] = start("pretrain", self.work / name, self.common + extra)
-        if chosen.parts:
-            self._parts(chosen, PARTS[0], self.rough)
-        wait(found, self.began + chosen.pretrain + 20)
+        return found
 
-    def parts(self, chosen: argparse.Namespace) -> None:
-        """Train the trajectory generators until chosen.parts, when the dense parts end as well."""
-        ways: dict[str, subprocess.Popen] = {}
-        if chosen.parts:
-            self._parts(chosen, PARTS[1], ways)
-        wait(self.rough | ways, self.began + chosen.parts + 10)
-
-    def _parts(self, chosen: argparse.Namespace, kind: str, running: dict[str, subprocess.Popen]) -> None:
-        for row, changes in chosen.run:
-            for name, extra in parts_of(options.ROWS[row], changes).items():
+    def _parts(self, kind: str, running: dict[str, subprocess.Popen]) -> None:
+        """Start the parts of a kind, of PARTS, that the runs begin with; they end at chosen.parts."""
+        for _, base, changes in self.rows if self.chosen.parts else ():
+            for name, extra in parts_of(base, changes).items():
                 if name.startswith(kind) and name not in running:
-                    end = ["--seconds", str(self.began + chosen.parts - time.time())]
-                    encoder = [] if kind == PARTS[0] else ["--encoder", str(self._encoder(row, changes))]
+                    end = ["--seconds", str(self.began + self.chosen.parts - time.time())]
+                    encoder = [] if kind == PARTS[0] else self._encoder(base, changes)
                     running[name] = start(
                         "learning.train", self.work / name, self.common + extra + encoder + end
                     )
 
-    def _encoder(self, row: str, changes: dict[str, str]) -> Path:
-        return self.work / encoder_name(options.ROWS[row], changes.get("encoder_width", "64"))
+    def _encoder(self, base: options.Options, changes: dict[str, str]) -> list[str]:
+        return ["--encoder", str(self.work / encoder_name(base, changes))]
 
-    def runs(self, chosen: argparse.Namespace) -> None:
+    def _runs(self) -> None:
         """Train all runs until the end."""
         found: dict[str, subprocess.Popen] = {}
-        until = self.began + chosen.seconds - PACKING
-        for row, changes in chosen.run:
+        until = self.began + self.chosen.seconds - PACKING
+        for row, base, changes in self.rows:
             name = row if row not in found else f"{row}_{len(found)}"
-            begin = (
-                [str(self.work / part) for part in parts_of(options.ROWS[row], changes)]
-                if chosen.parts
-                else []
-            )
-            extra = ["--row", row, "--encoder", str(self._encoder(row, changes)),
+            parts = parts_of(base, changes) if self.chosen.parts else {}
+            extra = ["--row", row, *self._encoder(base, changes),
                      "--seconds", str(until - time.time() - 5), "--checkpoint", "120", "--report", "10",
-                     *(["--begin", *begin] if begin else []),
-                     *flags({"batch": str(chosen.batch)} | changes)]  # fmt: skip
+                     *(["--begin", *(str(self.work / part) for part in parts)] if parts else []),
+                     *flags({"batch": str(self.chosen.batch)} | changes)]  # fmt: skip
             found[name] = start("learning.train", self.work / name, self.common + extra)
         wait(found, until)
 
@@ -224,11 +227,7 @@ def main(arguments: list[str] | None = None) -> int:
                 np.save(scratch / split / f"{name}.npy", values)
         print(f"unpacked after {time.time() - began:.0f} s", flush=True)
         work = chosen.work or scratch / "work"
-        common = ["--data", str(scratch / "train"), "--device", chosen.device]
-        programs = Programs(work, common, began)
-        programs.encoders(chosen)
-        programs.parts(chosen)
-        programs.runs(chosen)
+        Programs(chosen, scratch, work, began).run()
         for path in archive(work, chosen.output) if chosen.work is None else ():
             print(f"{path.name}: {path.stat().st_size / 2**20:.1f} MiB", flush=True)
     print(f"done after {time.time() - began:.0f} s", flush=True)

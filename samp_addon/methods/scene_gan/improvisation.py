@@ -98,9 +98,13 @@ class Improviser:
             raise SampError(
                 f"None of {draws} draws stays on free floor; try another seed, or move the character or the camera."
             )
-        pressed = [round(self.ground.pressed(joints[k][1::EVERY][:, OFF_FLOOR]), 3) for k in good]
-        chosen = next((n for n, depth in enumerate(pressed) if depth <= PRESSED), int(np.argmin(pressed)))
-        best = good[chosen]
+        best, least = good[0], np.inf
+        for number in good:
+            depth = round(self.ground.pressed(joints[number][1::EVERY][:, OFF_FLOOR]), 3)
+            if depth < least:
+                best, least = number, depth
+            if depth <= PRESSED:
+                break
         return *continued(roots[best], quats[best], root, rotations), int(best) + 1
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:

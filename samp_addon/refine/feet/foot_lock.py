@@ -116,20 +116,16 @@ def _labelled(
     blend = max(2, round(settings.blend * motion.fps / 30))
     offset = np.zeros((len(motion), 3))
     lowest = np.minimum(heel[:, 1], ball[:, 1]) - floor
-    standing = np.zeros(len(motion), bool)
+    standing = stances.standing(found, len(motion))
     for stance in found:
         part = slice(stance.first, stance.last)
         offset[part] = ball_joint[part].mean(0) - ball_joint[part]
         offset[part, 1] = np.clip(lowest[part], -settings.slack, settings.slack) - lowest[part]
-        standing[part] = True
     offset = spread(offset, found, blend)
     toes = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1] - floor
     wanted = swing_clearance(ball_joint + offset, found, motion.fps, settings.clearance)
     if settings.carries:
-        other = np.zeros(len(motion))
-        for stance in others:
-            other[stance.first : stance.last] = 1.0
-        wanted = wanted * other
+        wanted = wanted * stances.standing(others, len(motion))
     lift = np.maximum(wanted - np.minimum(lowest, toes) - offset[:, 1], 0.0)
     # The smoothed lift is faded out: it would reach into the stances.
     lift = gaussian_filter1d(lift, LIFT_SIGMA * motion.fps / 30, mode="nearest")

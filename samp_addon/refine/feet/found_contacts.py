@@ -6,7 +6,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from ...motion import Motion, velocities
-from .foot import FEET, sole_points
+from .foot import FEET
+from .grounding import sole_heights
 
 STILL = 0.35
 """Metres per second under which a foot stands."""
@@ -27,14 +28,11 @@ def foot_contacts(motion: Motion) -> np.ndarray:
     stands all the same, unless the body runs: people who walk always stand on a foot, and the foot lock lifts all
     others.
     """
-    positions, globals_ = motion.forward_kinematics()
-    heights, speeds = [], []
-    for foot in FEET:
-        soles = sole_points(positions, globals_, motion.rest_joints, foot.side)
-        heights.append(np.minimum(*(point[:, 1] for point in soles)))
-        speed = np.linalg.norm(velocities(positions[:, foot.ball], motion.fps), axis=-1)
-        speeds.append(gaussian_filter1d(speed, 1.0, mode="nearest"))
-    height, speed = np.stack(heights, -1), np.stack(speeds, -1)
+    positions, _ = motion.forward_kinematics()
+    balls = [velocities(positions[:, foot.ball], motion.fps) for foot in FEET]
+    speed = np.stack([np.linalg.norm(ball, axis=-1) for ball in balls], axis=-1)
+    speed = gaussian_filter1d(speed, 1.0, axis=0, mode="nearest")
+    height = sole_heights(motion)
     over = height - minimum_filter1d(height.min(1), AROUND, mode="nearest")[:, None]
     stands = (speed < STILL) & (over < LOW)
     pace = np.linalg.norm(velocities(motion.root, motion.fps)[:, [0, 2]], axis=-1)

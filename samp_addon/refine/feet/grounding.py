@@ -23,8 +23,11 @@ def grounded(motion: Motion, floor: np.ndarray, share: np.ndarray | float = 1.0)
 
 def lowest_sole(motion: Motion) -> np.ndarray:
     """Return the height (T,) of the lowest heel or ball."""
+    return sole_heights(motion).min(1)
+
+
+def sole_heights(motion: Motion) -> np.ndarray:
+    """Return the height (T, 2) of the lower one of heel and ball, in the order of FEET."""
     positions, globals_ = motion.forward_kinematics()
-    points = [
-        point for foot in FEET for point in sole_points(positions, globals_, motion.rest_joints, foot.side)
-    ]
-    return np.min([point[:, 1] for point in points], axis=0)
+    ends = [sole_points(positions, globals_, motion.rest_joints, foot.side) for foot in FEET]
+    return np.stack([np.minimum(heel[:, 1], ball[:, 1]) for heel, ball in ends], axis=-1)

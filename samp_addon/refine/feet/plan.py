@@ -17,7 +17,7 @@ from ...motion import Motion
 from .. import hovering
 from ..field import Ground
 from .foot import FEET, Foot, sole_offsets
-from .stances import Stance, bridge, from_ground
+from .stances import Stance, bridge, from_ground, standing
 
 OVER = 0.002  # metres that soles are kept over the ground
 MAX_TILT = np.radians(25.0)  # by which a foot is tilted to lie flat on its ground
@@ -97,11 +97,9 @@ class _Track:
 
     def plan(self, stances: Sequence[Stance]) -> FootPlan:
         ankle, orientation = self.ankle.copy(), self.orientation.copy()
-        standing = np.zeros(len(ankle), bool)
         for stance in stances:
             self._pin(stance, ankle, orientation)
-            standing[stance.first : stance.last] = True
-        return FootPlan(self.foot, ankle, orientation, standing, tuple(stances))
+        return FootPlan(self.foot, ankle, orientation, standing(stances, len(ankle)), tuple(stances))
 
     def _pin(self, stance: Stance, ankle: np.ndarray, orientation: np.ndarray) -> None:
         """Write a stance into ankle positions (T, 3) and quaternions (T, 4).

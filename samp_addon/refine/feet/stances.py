@@ -44,6 +44,14 @@ class Stance:
     flat: tuple[int, int] | None = None
 
 
+def standing(found: Sequence[Stance], count: int) -> np.ndarray:
+    """Return flags (count,) of the frames that belong to a stance."""
+    flags = np.zeros(count, bool)
+    for stance in found:
+        flags[stance.first : stance.last] = True
+    return flags
+
+
 def from_contacts(
     ball: np.ndarray, contact: np.ndarray, fps: float, fastest: float = SWING_SPEED
 ) -> list[Stance]:
