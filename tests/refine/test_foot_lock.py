@@ -1,11 +1,13 @@
 """Limb inverse kinematics and the foot lock."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.refine.feet.foot import sole_points, toe_tips
-from samp_blender.samp_addon.refine.feet.foot_lock import FOUND, lock_feet
+from samp_blender.samp_addon.refine.feet.foot_lock import FOUND, LABELLED, lock_feet
 from samp_blender.samp_addon.refine.feet.grounding import grounded, lowest_sole
 from samp_blender.samp_addon.refine.inverse_kinematics import LIMBS, solve_limb
 from samp_blender.samp_addon.refine.runs import runs
@@ -140,12 +142,12 @@ def test_a_body_is_put_on_the_floor():
     assert grounded(motion, floor, 0.0).root.tolist() == motion.root.tolist()
 
 
-@pytest.mark.parametrize(("settings", "rises"), [({}, True), ({"settings": FOUND}, False)])
+@pytest.mark.parametrize(("settings", "rises"), [(replace(LABELLED, steps=False), True), (FOUND, False)])
 def test_feet_that_both_swing_may_carry_the_body(settings, rises):
     root, quats = standing(60)
     contacts = np.zeros((60, 5))
     contacts[:10, 3:] = contacts[-10:, 3:] = 1
     steps = np.clip((np.arange(60) - 10) / 40, 0, 1)
     motion = Motion(root + steps[:, None] * [0.0, 0.0, 0.6], quats, contacts=contacts)
-    height = lowest_sole(lock_feet(motion, 0.0, **settings))[25:35].min()
+    height = lowest_sole(lock_feet(motion, 0.0, settings))[25:35].min()
     assert bool(height > 0.02) == rises

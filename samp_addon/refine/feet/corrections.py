@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from ... import rotation, skeleton
 from ...easing import smoothstep
@@ -16,6 +17,8 @@ from .stances import Stance
 
 FULL_STEP = 0.25  # metres between two stances from which a swing has all of its clearance
 RISE = 5.0  # frames at 30 fps in which a swinging foot reaches its clearance
+SNAP, SNAP_SIGMA = 0.004, 1.0
+"""Metres by which a leg may be longer than its length smoothed over some frames at 30 fps."""
 MAX_DROP = 0.06  # metres that the pelvis may sink so that a leg reaches its target
 
 
@@ -59,6 +62,27 @@ def spread(values: np.ndarray, stances: Sequence[Stance], blend: int) -> np.ndar
     return out
 
 
+def carried_on(values: np.ndarray, stances: Sequence[Stance], blend: int) -> np.ndarray:
+    """Return what to add to spread corrections (T, k) so that they go on beside stances at the rate that they have
+    inside: a foot then leaves its place, and comes to the next one, without a jump of its speed."""
+    out = np.zeros_like(values)
+    count = len(values)
+    for k, stance in enumerate(stances):
+        if stance.last - stance.first < 2:
+            continue
+        before = stance.first - (stances[k - 1].last if k else 0)
+        after = (stances[k + 1].first if k + 1 < len(stances) else count) - stance.last
+        inside = values[stance.first : stance.last]
+        for gap, rate, edge, way in (
+            (before, inside[0] - inside[1], stance.first - 1, -1),
+            (after, inside[-1] - inside[-2], stance.last, 1),
+        ):
+            span = gap if gap <= 2 * blend else blend
+            t = np.arange(1, span + 1)
+            out[edge + way * (t - 1)] += (t * (1 - t / (span + 1)) ** 2)[:, None] * rate
+    return out
+
+
 def swing_clearance(
     places: np.ndarray, stances: Sequence[Stance], fps: float, clearance: float
 ) -> np.ndarray:
@@ -96,7 +120,9 @@ def apply(
     root = motion.root - np.array([0.0, 1.0, 0.0]) * drop[:, None]
     rotations = motion.rotations
     for one in corrections:
+        hip = positions[:, one.foot.hip] - np.array([0.0, 1.0, 0.0]) * drop[:, None]
         target = positions[:, one.foot.ankle] + one.offset
+        target = _without_snaps(hip, target, _leg_length(rest, one.foot), motion.fps)
         rotations = solve_limb(root, rotations, rest, f"{one.foot.side}_leg", target)
         if one.orientation is not None:
             rotations = _turn_ankle(root, rotations, rest, one.foot, one.orientation)
@@ -114,10 +140,7 @@ def pelvis_drop(motion: Motion, positions: np.ndarray, corrections: Sequence[Cor
     drop = np.zeros(len(motion))
     for one in corrections:
         foot = one.foot
-        reach = STRETCH * (
-            np.linalg.norm(rest[foot.knee] - rest[foot.hip])
-            + np.linalg.norm(rest[foot.ankle] - rest[foot.knee])
-        )
+        reach = STRETCH * _leg_length(rest, foot)
         leg = positions[:, foot.hip] - (positions[:, foot.ankle] + one.offset)
         flat = np.linalg.norm(leg[:, [0, 2]], axis=-1)
         need = leg[:, 1] - np.sqrt(np.maximum(reach**2 - flat**2, 0.0))
@@ -127,6 +150,24 @@ def pelvis_drop(motion: Motion, positions: np.ndarray, corrections: Sequence[Cor
     widest = np.max([np.roll(padded, k) for k in range(-(window // 2), window // 2 + 1)], axis=0)
     kernel = np.hanning(window + 2)[1:-1]
     return np.convolve(widest, kernel / kernel.sum(), "same")[window:-window]
+
+
+def _leg_length(rest: np.ndarray, foot: Foot) -> float:
+    """Return the length, metres, of a straight leg from hip to ankle. rest: (J, 3) rest joints."""
+    return float(np.linalg.norm(np.diff(rest[[foot.hip, foot.knee, foot.ankle]], axis=0), axis=-1).sum())
+
+
+def _without_snaps(hip: np.ndarray, target: np.ndarray, length: float, fps: float) -> np.ndarray:
+    """Return targets (T, 3) of an ankle that do not stretch the leg from one frame to the next.
+
+    A leg that reaches its full length suddenly snaps at the knee; the foot stays behind its target there for a frame
+    or two. hip: (T, 3). length: metres of the straight leg.
+    """
+    leg = target - hip
+    distance = np.linalg.norm(leg, axis=-1)
+    reach = np.minimum(distance, STRETCH * length)
+    eased = gaussian_filter1d(reach, SNAP_SIGMA * fps / 30, mode="nearest")
+    return hip + leg * (np.minimum(reach, eased + SNAP) / np.maximum(distance, 1e-9))[:, None]
 
 
 def bend_toes(

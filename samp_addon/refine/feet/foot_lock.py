@@ -19,9 +19,10 @@ from ...easing import anticipate, smoothstep
 from ...motion import Motion
 from ..field import Ground
 from . import stances
-from .corrections import RISE, Correction, apply, spread, swing_clearance
+from .corrections import RISE, Correction, apply, carried_on, spread, swing_clearance
 from .foot import FEET, Foot, sole_offsets, sole_points, toe_tips
 from .plan import OVER, FootPlan
+from .steps import stepping
 
 UNBENT_TOE_AHEAD = (
     0.07  # metres from the ball of the sole to the tip of the toes, a little more than TOE_AHEAD:
@@ -36,17 +37,18 @@ class Settings:
     """Constants of a foot lock. clearance: metres between the sole of a swinging foot and the ground. blend: frames at
     30 fps over which corrections fade. slack: metres over or under the floor at which a standing foot is left. fastest:
     m/s of a foot that may stand. carries: whether a foot that swings while the other one does not stand may carry the
-    body, and so is not lifted."""
+    body, and so is not lifted. steps: whether a body that glides on both feet makes steps instead."""
 
     clearance: float
     blend: float
     slack: float = 0.0
     fastest: float = stances.SWING_SPEED
     carries: bool = False
+    steps: bool = False
 
 
 # A network that is unsure of its phase drags its feet: its locks are farther from where the feet were.
-LABELLED = Settings(clearance=0.036, blend=7)
+LABELLED = Settings(clearance=0.036, blend=7, steps=True)
 # Refinement changes motion that is mostly sound, and keeps it close to its input.
 PLANNED = Settings(clearance=0.03, blend=6)
 # Captured feet swing soundly, and 3 mm in height are 5 degrees in a nearly straight knee.
@@ -77,6 +79,8 @@ def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0, settings: Setting
         )
         for foot in FEET
     ]
+    if settings.steps:
+        found = stepping(motion, found)
     corrections = [
         _labelled(motion, foot, own, other, floor, settings)
         for foot, own, other in zip(FEET, found, reversed(found), strict=True)
@@ -122,6 +126,7 @@ def _labelled(
         offset[part] = ball_joint[part].mean(0) - ball_joint[part]
         offset[part, 1] = np.clip(lowest[part], -settings.slack, settings.slack) - lowest[part]
     offset = spread(offset, found, blend)
+    offset += carried_on(offset, found, blend) * [1.0, 0.0, 1.0]
     toes = toe_tips(positions, globals_, motion.rest_joints, foot.side)[:, 1] - floor
     wanted = swing_clearance(ball_joint + offset, found, motion.fps, settings.clearance)
     if settings.carries:
@@ -131,7 +136,27 @@ def _labelled(
     lift = gaussian_filter1d(lift, LIFT_SIGMA * motion.fps / 30, mode="nearest")
     lift = lift * np.minimum(wanted / LIFT_FADES, 1.0)
     offset[:, 1] = np.where(standing, offset[:, 1], np.maximum(offset[:, 1] + lift, -lowest))
-    return Correction(foot, offset, standing)
+    turn = rotation.about_y(_held_facing(positions, foot, found, blend))
+    back = positions[:, foot.ankle] - ball_joint  # the foot turns about its ball
+    offset += rotation.rotate(turn, back) - back
+    return Correction(foot, offset, standing, rotation.multiply(turn, globals_[:, foot.ankle]))
+
+
+def _held_facing(
+    positions: np.ndarray, foot: Foot, found: Sequence[stances.Stance], blend: int
+) -> np.ndarray:
+    """Return the turns (T,), radians about the vertical, that hold the facing of a foot during its stances.
+
+    A body that turns on the spot would drag its heels around the balls of its feet. positions: (T, J, 3).
+    """
+    along = (positions[:, foot.ball] - positions[:, foot.ankle])[:, [0, 2]]
+    facing = np.unwrap(np.arctan2(along[:, 0], along[:, 1]))
+    turn = np.zeros((len(facing), 1))
+    for stance in found:
+        own = facing[stance.first : stance.last]
+        turn[stance.first : stance.last, 0] = own.mean() - own
+    turn = spread(turn, found, blend)
+    return (turn + carried_on(turn, found, blend))[:, 0]
 
 
 def _planned(
