@@ -1,4 +1,4 @@
-"""Foot sliding: the measure of Zhang et al. 2018 (mode-adaptive networks), and the slide during stances.
+"""Foot sliding: the measure of Zhang et al. 2018 (mode-adaptive networks), the slide during stances, and gliding.
 
 The sole patch of a foot is the skin under it. Its speed is that of its centroid, its height over the floor that of its
 lowest vertex. Network frame, metres.
@@ -24,6 +24,16 @@ STANCE_HEIGHT, STANCE_SPEED = 1.5, 15.0
 STANCE_SECONDS = 5 / 30
 SOLE_THICKNESS = 0.015
 """Metres over the lowest vertex of the rest pose up to which skin belongs to the sole."""
+
+GLIDING = 0.2
+"""Metres per second of the slower ball of the foot, above which a body on its feet glides. In captured walks one foot
+is nearly always slower."""
+GLIDE_SECONDS = 1 / 3
+"""Shortest glide. While the weight passes from one foot to the other, both move for a few frames."""
+RUNNING = 1.6
+"""Metres per second of the pelvis from which both feet may be in the air."""
+ON_FEET = 0.75
+"""Metres of the pelvis over the lower ball of the foot, above which a body is on its feet."""
 
 
 @functools.cache
@@ -76,11 +86,25 @@ def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
     return result
 
 
+def glides(motion: Motion) -> list[tuple[int, int]]:
+    """Return the runs (first, last + 1) of frames in which a body on its feet moves with both of them at once."""
+    if len(motion) < 2:
+        return []
+    balls = motion.forward_kinematics()[0][:, [INDEX["left_foot"], INDEX["right_foot"]]]
+    speed = np.linalg.norm(velocities(balls[..., [0, 2]], motion.fps), axis=-1)
+    slower = ndimage.uniform_filter1d(speed, 5, axis=0, mode="nearest").min(1)
+    pace = np.linalg.norm(velocities(motion.root[:, [0, 2]], motion.fps), axis=-1)
+    upright = motion.root[:, 1] - balls[..., 1].min(1) > ON_FEET
+    runs, _ = ndimage.label((slower > GLIDING) & (pace < RUNNING) & upright)
+    found = [(int(run.start), int(run.stop)) for (run,) in ndimage.find_objects(runs)]
+    return [(first, last) for first, last in found if last - first >= GLIDE_SECONDS * motion.fps]
+
+
 def measures(motion: Motion, floor: float = 0.0, body: human.Human | None = None) -> dict[str, float | None]:
     """Compute the metrics of the feet; arguments as for `sole_tracks`.
 
-    These are foot slide (cm/s), mean speed in stances (cm/s; None without one), share of time in stance, and depth of
-    the feet below the floor (cm).
+    These are foot slide (cm/s), mean speed in stances (cm/s; None without one), share of time in stance, time of
+    gliding (s), and depth of the feet below the floor (cm).
     """
     speed, lowest, centroid = sole_tracks(motion, floor, body)
     # The patch is up to 1.5 cm thick: the height of its centroid is relative to that of a flat foot.
@@ -89,6 +113,7 @@ def measures(motion: Motion, floor: float = 0.0, body: human.Human | None = None
         "foot_slide_cm_s": foot_slide(speed, lowest),
         "stance_slide_cm_s": float(speed[standing].mean()) if standing.any() else None,
         "stance_share": float(standing.mean()),
+        "glide_s": sum(last - first for first, last in glides(motion)) / motion.fps,
         "foot_depth_cm": float(max(-lowest.min(), 0.0)),
     }
 

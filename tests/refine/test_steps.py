@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from samp_blender.samp_addon import rotation
+from samp_blender.samp_addon.evaluation import feet
 from samp_blender.samp_addon.motion import Motion, velocities
 from samp_blender.samp_addon.refine.feet import corrections, stances, steps
 from samp_blender.samp_addon.refine.feet.foot import FEET
@@ -55,6 +56,13 @@ def test_one_foot_stands_while_the_other_moves(speed, turn):
 def test_other_bodies_keep_their_stances(motion):
     found = [[stances.Stance(0, 20), stances.Stance(30, 90)], [stances.Stance(5, 80)]]
     assert steps.stepping(motion, found) == found
+    assert feet.measures(motion)["glide_s"] == 0
+
+
+def test_glides_are_measured():
+    motion = gliding()
+    assert 1.5 < feet.measures(motion)["glide_s"] < 2.2
+    assert feet.measures(lock_feet(motion))["glide_s"] == 0
 
 
 def test_stances_outside_a_glide_are_kept_and_do_not_overlap():

@@ -25,6 +25,7 @@ MEANS = (
     ("contact", "contact"),
     ("foot_slide_cm_s", "foot slide, cm/s"),
     ("stance_slide_cm_s", "stance slide, cm/s"),
+    ("glide_s", "gliding on both feet, s"),
     ("stance_share", "share of time in stance"),
     ("jerk_m_s3", "jerk, m/s^3"),
     ("air_squat_s", "squat in the air, s"),

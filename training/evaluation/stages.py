@@ -46,6 +46,7 @@ ROWS = (
     ("unsupported_s", "without support, s"),
     ("seated_speed_m_s", "pelvis while seated, m/s"),
     ("stance_slide_cm_s", "stance slide, cm/s"),
+    ("glide_s", "gliding on both feet, s"),
     ("jerk_m_s3", "jerk, m/s^3"),
     ("walk_knee_deg", "walking: knee flexion, deg"),
     ("walk_straight_deg", "walking: straightest knee, deg"),

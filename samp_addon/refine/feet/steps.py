@@ -9,15 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from ...evaluation.feet import glides
 from ...motion import Motion, velocities
-from ..runs import runs
 from .foot import FEET
 from .stances import Stance
 
-GLIDING = 0.2
-"""Metres per second of the slower ball of the foot. In captured walks, one foot is nearly always slower."""
-SHORTEST = 10
-"""Frames at 30 fps of a glide. While the weight passes from one foot to the other, both move for a few frames."""
 STEP = 16
 """Frames at 30 fps from one footfall to the next of a body that turns on the spot."""
 SWING = 10
@@ -26,10 +22,6 @@ TOUCHING = 2
 """Frames between two stances of a foot that are one."""
 TOGETHER = 1
 """Frames at 30 fps before and after each footfall in which both feet stand."""
-FASTEST = 1.6
-"""Metres per second of the pelvis from which a body runs: then both feet may be in the air."""
-UPRIGHT = 0.75
-"""Metres of the pelvis over the lower ball of the foot, above which a body is on its feet."""
 
 
 def stepping(motion: Motion, feet: Sequence[Sequence[Stance]]) -> list[list[Stance]]:
@@ -38,24 +30,12 @@ def stepping(motion: Motion, feet: Sequence[Sequence[Stance]]) -> list[list[Stan
     feet: stances by the labels. Those inside a glide are replaced, and others end where it begins.
     """
     found = [list(own) for own in feet]
-    for first, last in _glides(motion):
+    for first, last in glides(motion):
         for k, planned in enumerate(_alternate(motion, first, last)):
             kept = [piece for stance in found[k] for piece in _outside(stance, first, last)]
             inside = sorted(kept + planned, key=lambda stance: stance.first)
             found[k] = _apart(inside, round(SWING * motion.fps / 30))
     return found
-
-
-def _glides(motion: Motion) -> list[tuple[int, int]]:
-    """Return the runs (first, last + 1) of frames in which an upright body moves with both feet at once."""
-    if len(motion) < 2:
-        return []
-    balls = _balls(motion)
-    slower = _speeds(balls, motion.fps).min(1)
-    pace = np.linalg.norm(velocities(motion.root[:, [0, 2]], motion.fps), axis=-1)
-    upright = motion.root[:, 1] - balls[..., 1].min(1) > UPRIGHT
-    gliding = (slower > GLIDING) & (pace < FASTEST) & upright
-    return runs(gliding, round(SHORTEST * motion.fps / 30), round(3 * motion.fps / 30))
 
 
 def _alternate(motion: Motion, first: int, last: int) -> list[list[Stance]]:
