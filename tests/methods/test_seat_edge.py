@@ -54,12 +54,24 @@ def test_tucked_feet_come_out_of_a_sofa(tuck):
     sofa = front(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.3)))
     before = seated(tuck)
     assert shin_ahead(before, 0.2).min() < 0.3 + SHIN - 0.02, "else there is nothing to correct"
-    after = sofa.clear_shins(before, ROW)
+    after = sofa.clear_shins(before, ROW, np.zeros(FRAMES))
     assert shin_ahead(after, 0.2).min() > 0.3 + SHIN - 0.01
     joints = after.forward_kinematics()[0]
     assert np.allclose(joints[:, 0], before.root)
     assert np.isfinite(after.rotations).all()
     assert np.allclose(np.linalg.norm(after.rotations, axis=-1), 1)
+
+
+def test_a_standing_body_comes_out_of_a_sofa_with_its_feet():
+    """It leaned back over feet that were moved alone, as if it fell."""
+    sofa = front(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.3)))
+    quats = np.zeros((FRAMES, 22, 4))
+    quats[..., 0] = 1
+    before = Motion(np.tile([0.0, 0.95, 0.2], (FRAMES, 1)), quats)
+    after = sofa.clear_shins(before, ROW, np.ones(FRAMES))
+    assert shin_ahead(after, 0.2).min() > 0.3 + SHIN - 0.01
+    over = lambda motion: motion.root[:, 2] - shin_ahead(motion, 0.0).mean(1)
+    np.testing.assert_allclose(over(after), over(before), atol=0.01)
 
 
 @pytest.mark.parametrize("where", ["stool", "afar", "turned away"])
@@ -72,4 +84,4 @@ def test_legs_with_room_stay_as_they_are(where):
         turned = motion.rotations.copy()
         turned[:, 0] = rotation.about_y(np.radians(120))
         motion = Motion(motion.root, turned)
-    assert np.array_equal(piece.clear_shins(motion, row).rotations, motion.rotations)
+    assert np.array_equal(piece.clear_shins(motion, row, np.zeros(FRAMES)).rotations, motion.rotations)

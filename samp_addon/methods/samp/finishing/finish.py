@@ -106,7 +106,7 @@ def _on_object(
         if "pelvis" in wanted:
             motion = seated_pelvis.kept_on(motion, goal)
         if "shins" in wanted:
-            motion = front.clear_shins(motion, goal)
+            motion = front.clear_shins(motion, goal, 1.0 - _lift_weight(motion))
         up = np.flatnonzero(~_seated(motion))
         seated = int(up[-1]) + 1 if len(up) else 0
         if back is not None and "leaning" in wanted:

@@ -53,10 +53,12 @@ class SeatFront:
                 edge[k] = np.percentile(ahead[slab], 98)
         return cls(heights, edge)
 
-    def clear_shins(self, motion: Motion, goal: np.ndarray) -> Motion:
+    def clear_shins(self, motion: Motion, goal: np.ndarray, standing: np.ndarray) -> Motion:
         """Move feet forward as far as shins and heels would otherwise be inside the object.
 
-        goal: row of Route.goals, the seated pelvis. The floor of the motion is at height 0.
+        A standing body moves with its feet, since it would lean back otherwise, and stays over the seat when it sinks.
+        goal: row of Route.goals, the seated pelvis. standing: (T,) shares, 1 upright and 0 seated. The floor of the
+        motion is at height 0.
         """
         positions, _ = motion.forward_kinematics()
         facing, away = goal[3:6], positions[:, 0] - goal[:3]
@@ -65,16 +67,22 @@ class SeatFront:
             across, axis=-1
         )
         near = turned & (np.linalg.norm(away[:, [0, 2]], axis=-1) < CLOSE)
-        rotations = motion.rotations
-        for side in ("right", "left"):
-            knee, ankle = (positions[:, skeleton.INDEX[f"{side}_{name}"]] for name in ("knee", "ankle"))
-            forward = np.where(near, self._missing(knee, ankle, goal), 0.0)
-            if not forward.any():
-                continue
-            forward = anticipate(forward, WINDOW, SIGMA)
-            target = ankle + forward[:, None] * facing
-            rotations = solve_limb(motion.root, rotations, motion.rest_joints, f"{side}_leg", target)
-        return replace(motion, rotations=rotations)
+        legs = {side: self._leg(positions, side) for side in ("right", "left")}
+        missing = {side: np.where(near, self._missing(*leg, goal), 0.0) for side, leg in legs.items()}
+        if not any(forward.any() for forward in missing.values()):
+            return motion
+        forward = {side: anticipate(values, WINDOW, SIGMA) for side, values in missing.items()}
+        along = standing * np.maximum(*forward.values())
+        root, rotations = motion.root + along[:, None] * facing, motion.rotations
+        for side, (_, ankle) in legs.items():
+            target = ankle + np.maximum(forward[side], along)[:, None] * facing
+            rotations = solve_limb(root, rotations, motion.rest_joints, f"{side}_leg", target)
+        return replace(motion, root=root, rotations=rotations)
+
+    @staticmethod
+    def _leg(positions: np.ndarray, side: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return knee and ankle (T, 3) of a leg. positions: (T, J, 3)."""
+        return tuple(positions[:, skeleton.INDEX[f"{side}_{name}"]] for name in ("knee", "ankle"))
 
     def _missing(self, knee: np.ndarray, ankle: np.ndarray, goal: np.ndarray) -> np.ndarray:
         """Return the metres (T,) by which an ankle has to move forward for its shin to clear the front."""
