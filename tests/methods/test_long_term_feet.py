@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rooms
+from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import hand_poses
 from samp_blender.samp_addon.methods.long_term import joining, planning, resting
 from samp_blender.samp_addon.methods.long_term.figure import Figure, as_motion
 from samp_blender.samp_addon.methods.long_term.sub_goals.places import Place
 from samp_blender.samp_addon.methods.long_term.surfaces import Surfaces
+from samp_blender.samp_addon.refine.feet.foot import FEET
 from samp_blender.samp_addon.refine.feet.grounding import sole_heights
 from samp_blender.samp_addon.scene.navmesh import navmesh
+from samp_blender.samp_addon.skeleton import INDEX
 from samp_blender.samp_addon.vocabulary import ACTIONS
 
 STANDS, SITS = 0.93, 0.5
@@ -77,6 +80,43 @@ def test_a_pelvis_is_low_only_over_its_seat(sits, low):
         return
     half = (STANDS + SITS) / 2
     assert np.abs(places[places[:, 1] < half, 2]).max() > low > np.abs(places[made < half, 2]).max()
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"), [("walk", "sit"), ("sit", "walk"), ("walk", "idle"), ("sit", "sit")]
+)
+def test_feet_stand_in_front_of_the_seat_before_the_body_sits(begin, end):
+    root = descent() if end == "sit" else descent()[::-1]
+    motion = moving(root + 0.3 * (root[:, 2:] / 0.6) * [0.0, 0.0, 1.0])
+    made = resting.planted(motion, begin, end)
+    np.testing.assert_allclose(made.root, motion.root)
+    if "sit" not in (begin, end) or begin == end:
+        assert made.rotations.tolist() == motion.rotations.tolist()
+        return
+    if begin == "sit":
+        made, motion = resting.backwards(made), resting.backwards(motion)
+    ball = lambda one: one.forward_kinematics()[0][:, [foot.ball for foot in FEET], 2]
+    away = motion.root[:, 2]
+    before = np.abs(ball(motion) - ball(motion)[-1])[away < 0.4].max()
+    after = np.abs(ball(made) - ball(made)[-1])[away < 0.4].max()
+    assert before > 0.35 and after < 0.1
+    np.testing.assert_allclose(ball(made)[0], ball(motion)[0], atol=1e-6)
+    late = [np.flatnonzero(np.abs(way - way[-1]) > 0.1)[-1] for way in ball(made).T]
+    assert abs(late[0] - late[1]) >= 2  # one foot after the other
+
+
+def test_a_resting_body_hardly_moves_what_lies_on_its_seat():
+    motion = moving(np.linspace([0, SITS, 0], [0, SITS - 0.08, 0.04], FRAMES))
+    rotations = motion.rotations.copy()
+    rotations[:, [INDEX["left_hip"], INDEX["neck"]]] = rotation.from_axis_angle(
+        np.linspace([0.0, 0, 0], [0.8, 0, 0], FRAMES)
+    )[:, None]
+    made = resting.stilled(replace(motion, rotations=rotations))
+    assert np.abs(made.root - motion.root[0]).max() == pytest.approx(0.25 * 0.08)
+    turned = lambda joint: np.linalg.norm(rotation.to_axis_angle(made.rotations[-1, INDEX[joint]]))
+    assert turned("left_hip") == pytest.approx(0.2, abs=1e-6) and turned("neck") == pytest.approx(
+        0.8, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from ...refine.feet.foot_lock import FOUND, lock_feet
 from ...refine.feet.found_contacts import LOW, foot_contacts
 from ...refine.feet.grounding import grounded, sole_heights
 from ...vocabulary import ACTIONS, CONTACTS, SEATED
+from .resting import backwards
 
 MATCHED = 18
 """Frames on each side of a seam over which the velocities of both windows are blended to a common one."""
@@ -121,17 +122,12 @@ def _matched(parts: Sequence[Part]) -> list[Part]:
         least = min(len(before), len(after)) - 1
         if least < 2:
             continue
-        back, ahead = _turned(before), after
+        back, ahead = backwards(before), after
         jump = _velocities(ahead)[0] + _velocities(back)[0], _velocities(ahead)[1] + _velocities(back)[1]
         count = min(MATCHED, least)
-        made[k] = replace(made[k], motion=_turned(_led(back, jump, count)))
+        made[k] = replace(made[k], motion=backwards(_led(back, jump, count)))
         made[k + 1] = replace(made[k + 1], motion=_led(ahead, jump, count))
     return made
-
-
-def _turned(motion: Motion) -> Motion:
-    """Return a motion backwards in time."""
-    return replace(motion, root=motion.root[::-1], rotations=motion.rotations[::-1])
 
 
 def _velocities(motion: Motion) -> tuple[np.ndarray, np.ndarray]:

@@ -117,7 +117,7 @@ class Synthesis:
             networks.noises(rng, self.scale), (place.action == "sit", stop.action == "sit"),
         )  # fmt: skip
         motion = self.networks.cross(crossing, self._cloud(figure, target, rng))
-        motion = resting.paced(motion, place.action, stop.action)
+        motion = resting.paced(resting.planted(motion, place.action, stop.action), place.action, stop.action)
         made.add(
             motion, place.action, stop.action, self.surfaces.floors(motion.root, figure.level, target.level)
         )
@@ -133,6 +133,7 @@ class Synthesis:
             frames = min(left, HELD)
             crossing = Crossing(figure, figure, still, (False, False), 1.0, networks.noises(rng, self.scale))
             motion = self.networks.cross(crossing, self._cloud(figure, figure, rng), frames + 1)
+            motion = resting.stilled(motion) if is_resting(place) else motion
             made.add(motion, place.action, place.action, np.full(len(motion), figure.level))
             left -= frames
 

@@ -14,6 +14,7 @@ from .... import rotation, skeleton
 from ....body import balls, human
 from ....body import betas as shapes
 from ....frames import yaw_direction
+from ....refine.feet.grounding import sole_heights
 from ....scene.distance.signed_distance import BAND, SignedDistance
 from ..figure import Figure, as_motion
 
@@ -26,6 +27,8 @@ stay, the thighs are raised, and the knees bent. The feet keep their angle to th
 SIGMA = np.array([0.05, 0.04, 0.12, 0.12, 0.20])
 """Usual sizes of the changes: of the first round, and of what costs as much as TRUST metres of depth."""
 TRUST = 0.004
+HANGING = 0.6
+"""Cost of a metre between the floor and the feet of a body that sits."""
 ROUNDS, TRIED, KEPT = 4, 32, 6
 """Rounds of the cross-entropy method, bodies tried in each, and those kept for the next one."""
 EVERY = 4
@@ -94,8 +97,11 @@ def fitted(figure: Figure, field: SignedDistance, floor: float, action: str, see
     for _ in range(ROUNDS):
         tried = middle + sigma * rng.standard_normal((TRIED, len(CHANGES)))
         tried[0] = middle
-        costs = fits(changed(figure, tried, action), field, floor)[:, 0]
-        costs = np.round(costs + TRUST * np.square(tried / SIGMA).sum(1), 6)
+        bodies = changed(figure, tried, action)
+        costs = fits(bodies, field, floor)[:, 0] + TRUST * np.square(tried / SIGMA).sum(1)
+        if action == "sit":
+            costs += HANGING * np.maximum(sole_heights(as_motion(bodies)) - floor, 0).mean(1)
+        costs = np.round(costs, 6)
         order = costs.argsort(kind="stable")[:KEPT]
         if costs[order[0]] < least:
             best, least = tried[order[0]], costs[order[0]]
