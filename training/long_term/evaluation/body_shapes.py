@@ -39,7 +39,10 @@ BODIES = {
     "1.95 m, 120 kg": {"height": 1.95, "weight": 120},
 }
 FLOOR = ((-3.0, -0.1, -3.0), (3.0, 0.0, 3.0))
-AWAY, ASIDE = 1.3, 0.5  # metres from the seat to the place in front of it where the take begins, and to its side
+AWAY, ASIDE = (
+    1.3,
+    0.5,
+)  # metres from the seat to the place in front of it where the take begins, and to its side
 NEAR = 2.0  # centimetres between the lower sole and the floor
 
 
