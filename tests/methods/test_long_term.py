@@ -252,19 +252,6 @@ def test_steps_that_cannot_be_made(values, message):
         LongTerm().check(Step(**{"method": "long_term", **values}))
 
 
-def test_contacts_of_standing_and_lifted_feet():
-    body = figure((0.0, 0.93, 0.0))
-    motion = as_motion([body] * 40)
-    actions = np.zeros((40, 5))
-    actions[:, 0] = 1
-    found = joining.contacts(replace(motion, actions=actions))
-    assert found[:, 3:].all() and not found[:, 0].any()
-    moved = lambda metres: motion.root + np.linspace(0, 1, 40)[:, None] * [0.0, 0.0, metres]
-    glides = joining.contacts(replace(motion, root=moved(1.5), actions=actions))[:, 3:]
-    assert (glides.sum(1) == 1).all()  # a foot carries a body that does not run
-    assert not joining.contacts(replace(motion, root=moved(4.0), actions=actions))[:, 3:].any()
-
-
 @pytest.mark.parametrize("kind", hand_poses.KINDS)
 def test_hands(kind):
     code = hand_poses.code(kind)

@@ -58,3 +58,21 @@ def test_changes_turn_what_they_say(field):
     assert lean.joints[neck, 2] < drawn.joints[neck, 2] - 0.1
     np.testing.assert_allclose(lean.joints[knee], drawn.joints[knee], atol=0.05)
     assert knees.joints[ankle, 2] < drawn.joints[ankle, 2] - 0.05
+
+
+def test_it_does_not_sink_through_a_thin_blanket():
+    boxes = [
+        ((-3, -0.1, -3), (3, 0, 3)),
+        ((-0.5, 0.05, -0.3), (0.5, SEAT - 0.04, 0.25)),
+        ((-0.5, SEAT - 0.01, -0.3), (0.5, SEAT, 0.25)),
+    ]
+    triangles = np.concatenate([rooms.box(*box) for box in boxes])
+    field = Surfaces(triangles, navmesh.build(triangles)).field
+    figures, costs = settling.settled([seated(0.0, up) for up in (0.02, 0.05, 0.08)], field, 0.0)
+    heights = np.array([figure.root[1] for figure in figures])
+    skin = human.skin(human.load(), as_motion(figures))
+    beside = np.linalg.norm(
+        (skin - np.array([figure.root for figure in figures])[:, None])[..., [0, 2]], axis=-1
+    )
+    assert np.ptp(heights) < 0.011 and np.ptp(costs) < 0.01
+    assert skin[..., 1][beside < 0.1].min() > SEAT - 0.025

@@ -139,7 +139,7 @@ def test_a_body_is_put_on_the_floor():
     floor = np.full(60, 0.3)
     motion = Motion(root + np.linspace(-0.1, 0.2, 60)[:, None] * [0.0, 1.0, 0.0], quats)
     np.testing.assert_allclose(lowest_sole(grounded(motion, floor)), floor, atol=0.03)
-    assert grounded(motion, floor, 0.0).root.tolist() == motion.root.tolist()
+    assert grounded(motion, floor, 1.0).root.tolist() == motion.root.tolist()
 
 
 @pytest.mark.parametrize(("settings", "rises"), [(replace(LABELLED, steps=False), True), (FOUND, False)])

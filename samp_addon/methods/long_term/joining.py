@@ -12,9 +12,10 @@ from ... import rotation
 from ...motion import Motion, velocities
 from ...refine.feet.foot import FEET
 from ...refine.feet.foot_lock import FOUND, lock_feet
-from ...refine.feet.found_contacts import foot_contacts
-from ...refine.feet.grounding import grounded
+from ...refine.feet.found_contacts import LOW, foot_contacts
+from ...refine.feet.grounding import grounded, sole_heights
 from ...vocabulary import ACTIONS, CONTACTS, SEATED
+from .resting import backwards
 
 MATCHED = 18
 """Frames on each side of a seam over which the velocities of both windows are blended to a common one."""
@@ -59,32 +60,34 @@ def joined(parts: Sequence[Part]) -> tuple[Motion, list[int]]:
 
 
 def finished(motion: Motion, floor: np.ndarray) -> Motion:
-    """Return the motion with contacts, on the floor, and with feet that stay where they stand. floor: heights (T,)."""
-    resting = motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1)
-    share = np.clip(1 - 2 * resting, 0, 1)  # feet of a body that rests are where the network has them
-    motion = grounded(motion, floor, share)
-    motion = replace(motion, contacts=contacts(motion))
-    locked = lock_feet(motion, floor, FOUND)
-    return replace(
-        motion,
-        root=motion.root + share[:, None] * (locked.root - motion.root),
-        rotations=rotation.slerp(motion.rotations, locked.rotations, share[:, None]),
-    )
+    """Return the motion with contacts, on the floor, and with feet that stay where they stand. floor: heights (T,).
+
+    The feet of a body that sits down or rises stay on the floor as well: its legs bend, while the pelvis keeps to its
+    route.
+    """
+    resting = _resting(motion)
+    motion = grounded(motion, floor, resting)
+    motion = replace(motion, contacts=contacts(motion, floor))
+    return lock_feet(motion, floor, FOUND, np.clip(1 - 2 * resting, 0, 1))
 
 
-def contacts(motion: Motion) -> np.ndarray:
+def contacts(motion: Motion, floor: np.ndarray) -> np.ndarray:
     """Return the contacts (T, 5) by speed and height of the feet, and of the pelvis by the action."""
-    found = np.zeros((len(motion), len(CONTACTS)))
-    found[:, CONTACTS.index("pelvis")] = (
-        motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1) > 0.5
-    )
-    found[:, [foot.column for foot in FEET]] = foot_contacts(motion)
+    found, rests = np.zeros((len(motion), len(CONTACTS))), _resting(motion) > 0.5
+    found[:, CONTACTS.index("pelvis")] = rests
+    high = sole_heights(motion) - floor[:, None] > LOW
+    found[:, [foot.column for foot in FEET]] = foot_contacts(motion) * ~(rests[:, None] & high)
     return found
+
+
+def _resting(motion: Motion) -> np.ndarray:
+    """Return the weight (T,) of the actions in which the body rests on something."""
+    return motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1)
 
 
 def interaction_start(motion: Motion) -> int | None:
     """Return the first frame of the last run in which the body rests on something, or None."""
-    busy = motion.actions[:, [ACTIONS.index(name) for name in SEATED]].sum(1) > 0.5
+    busy = _resting(motion) > 0.5
     if not busy[-1]:
         return None
     idle = np.flatnonzero(~busy)
@@ -119,17 +122,12 @@ def _matched(parts: Sequence[Part]) -> list[Part]:
         least = min(len(before), len(after)) - 1
         if least < 2:
             continue
-        back, ahead = _turned(before), after
+        back, ahead = backwards(before), after
         jump = _velocities(ahead)[0] + _velocities(back)[0], _velocities(ahead)[1] + _velocities(back)[1]
         count = min(MATCHED, least)
-        made[k] = replace(made[k], motion=_turned(_led(back, jump, count)))
+        made[k] = replace(made[k], motion=backwards(_led(back, jump, count)))
         made[k + 1] = replace(made[k + 1], motion=_led(ahead, jump, count))
     return made
-
-
-def _turned(motion: Motion) -> Motion:
-    """Return a motion backwards in time."""
-    return replace(motion, root=motion.root[::-1], rotations=motion.rotations[::-1])
 
 
 def _velocities(motion: Motion) -> tuple[np.ndarray, np.ndarray]:

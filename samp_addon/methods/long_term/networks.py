@@ -21,6 +21,7 @@ from ...errors import SampError
 from ...motion import Motion
 from ...torch_threads import single_thread
 from ...vocabulary import SEATED
+from . import resting
 from .figure import Figure, as_motion
 from .installed import WEIGHTS
 
@@ -44,7 +45,8 @@ class Wanted:
 @dataclass(frozen=True)
 class Crossing:
     """A window to be filled. path: (16, 3) on the floor from start to end. moving: whether start and end are walked
-    through. speed: factor on the usual pace. z: noise (8,) of route and of pose."""
+    through. speed: factor on the usual pace. z: noise (8,) of route and of pose. sits: whether the body sits at start
+    and end."""
 
     start: Figure
     end: Figure
@@ -52,6 +54,7 @@ class Crossing:
     moving: tuple[bool, bool]
     speed: float
     z: tuple[np.ndarray, np.ndarray]
+    sits: tuple[bool, bool] = (False, False)
 
 
 class Networks:
@@ -106,6 +109,8 @@ class Networks:
                 frames = int(np.clip(round(seconds * FPS) + 1, *FRAMES))
             points = _tensor(_seen(cloud, origin, yaw))[None]
             route = self.route(ends, frames, points, _tensor(crossing.z[0])[None])
+            heights = resting.raised(route[0, :, :3].double().numpy(), crossing.sits)
+            route[0, :, 1] = _tensor(heights)
             total = gait.advance(ends.start_gait, ends.end_gait, ends.length)
             planned = gait.planned(_phases([start])[0], total, route)
             poses = self.pose(_pose_ends(start, end), route, planned, points, _tensor(crossing.z[1])[None])

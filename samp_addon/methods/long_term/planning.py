@@ -62,7 +62,11 @@ def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
     total = at[-1]
     low = at[1] + CLEAR if start.action in SEATED else 0.0
     high = at[-2] - CLEAR if end.action in SEATED else total
-    if total > REACH:  # windows onto and off furniture are for that alone: longer ones glide over its edge
+    rests = [place.action in SEATED for place in (start, end)]
+    if all(rests) and low > high:  # nobody goes from seat to seat without rising
+        low = high = (low + high) / 2
+    # Windows onto and off furniture are for that alone: longer ones glide over its edge or squat on the way.
+    if total > REACH or all(rests) or (any(rests) and high - low > LEAST):
         count = max(int(np.ceil((high - low) / REACH)), 1)
         marks = np.linspace(low, max(low, high), count + 1)
     else:

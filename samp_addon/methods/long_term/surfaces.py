@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from ...scene.distance import solids
 from ...scene.distance.signed_distance import SignedDistance, around_ground
@@ -20,6 +21,10 @@ MOST_POINTS = 512
 """Points of one cloud."""
 TALL = 2.2
 """Metres over the floor over which nothing is seen."""
+EVEN = 0.03
+"""Metres by which the floor at two places may differ without a step between them."""
+STEPPED = 1.0
+"""Frames over which somebody mounts a step."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,21 @@ class Surfaces:
     def is_solid(self, points: np.ndarray) -> bool:
         """Return whether any of some points (K, 3) is inside something."""
         return bool((self.field.at(points)[0] < 0).any())
+
+    def floors(self, places: np.ndarray, first: float, last: float) -> np.ndarray:
+        """Return the heights (T,) of the floor under a pelvis at places (T, 3). first, last: those at its ends.
+
+        Over a step or a stair the floor is where it is, not on a straight line between the ends.
+        """
+        even = np.linspace(first, last, len(places))
+        if abs(last - first) < EVEN:
+            return even
+        numbers = self.mesh.ground.at(np.column_stack([places[:, 0], even, places[:, 2]]))
+        heights = self.mesh.ground.points(np.maximum(numbers, 0))[:, 1]
+        between = (heights > min(first, last) - EVEN) & (heights < max(first, last) + EVEN)
+        found = np.where((numbers >= 0) & between, heights, even)
+        found[[0, -1]] = first, last
+        return gaussian_filter1d(found, STEPPED, mode="nearest")
 
     @cached_property
     def field(self) -> SignedDistance:

@@ -13,7 +13,7 @@ from ...body import hand_poses, proportions
 from ...frames import ground_lengths
 from ...motion import Motion
 from ...vocabulary import SEATED
-from . import joining, networks, way
+from . import joining, networks, resting, way
 from .figure import Figure
 from .networks import Crossing, Networks
 from .planning import Leg
@@ -51,10 +51,10 @@ class Made:
         """Frames so far, less the first one."""
         return sum(len(part.motion) - 1 for part in self.parts)
 
-    def add(self, motion: Motion, begin: str, end: str, floor: tuple[float, float]) -> None:
-        """Append a window. floor: heights at its ends."""
+    def add(self, motion: Motion, begin: str, end: str, floor: np.ndarray) -> None:
+        """Append a window. floor: heights (T,) under it."""
         self.parts.append(joining.Part(motion, begin, end))
-        self.floors.append(np.linspace(*floor, len(motion))[1:])
+        self.floors.append(floor[1:])
 
 
 @dataclass(frozen=True)
@@ -114,10 +114,13 @@ class Synthesis:
         pace = RESTING_PACE if {place.action, stop.action} & set(SEATED) else 1.0
         crossing = Crossing(
             figure, target, way.resampled(line), (not place.fixed, not stop.fixed), pace * self.speed,
-            networks.noises(rng, self.scale),
+            networks.noises(rng, self.scale), (place.action == "sit", stop.action == "sit"),
         )  # fmt: skip
         motion = self.networks.cross(crossing, self._cloud(figure, target, rng))
-        made.add(motion, place.action, stop.action, (figure.level, target.level))
+        motion = resting.paced(resting.planted(motion, place.action, stop.action), place.action, stop.action)
+        made.add(
+            motion, place.action, stop.action, self.surfaces.floors(motion.root, figure.level, target.level)
+        )
         return target
 
     def _hold(
@@ -130,7 +133,8 @@ class Synthesis:
             frames = min(left, HELD)
             crossing = Crossing(figure, figure, still, (False, False), 1.0, networks.noises(rng, self.scale))
             motion = self.networks.cross(crossing, self._cloud(figure, figure, rng), frames + 1)
-            made.add(motion, place.action, place.action, (figure.level, figure.level))
+            motion = resting.stilled(motion) if is_resting(place) else motion
+            made.add(motion, place.action, place.action, np.full(len(motion), figure.level))
             left -= frames
 
     def _cloud(self, start: Figure, end: Figure, rng: np.random.Generator) -> np.ndarray:

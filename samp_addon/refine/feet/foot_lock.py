@@ -62,12 +62,17 @@ LIFT_FADES = 0.01  # metres of clearance below which that lift fades out
 OFFSET_SIGMA = 0.75  # frames at 30 fps of the Gaussian over planned corrections
 
 
-def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0, settings: Settings = LABELLED) -> Motion:
+def lock_feet(
+    motion: Motion,
+    floor: np.ndarray | float = 0.0,
+    settings: Settings = LABELLED,
+    upright: np.ndarray | float = 1.0,
+) -> Motion:
     """Pin the feet of a motion during the stances of its contact labels.
 
     floor: height of the support under the character, one number or (T,). settings: LABELLED, CAPTURED or FOUND. Where
-    a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly. Raises ValueError without
-    motion.contacts.
+    a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly; upright: one number or (T,), the share
+    of this, 0 for a body that rests. Raises ValueError without motion.contacts.
     """
     if motion.contacts is None:
         raise ValueError("foot lock needs the motion's contacts")
@@ -85,7 +90,7 @@ def lock_feet(motion: Motion, floor: np.ndarray | float = 0.0, settings: Setting
         _labelled(motion, foot, own, other, floor, settings)
         for foot, own, other in zip(FEET, found, reversed(found), strict=True)
     ]
-    return apply(motion, corrections, lambda tips: floor)
+    return apply(motion, corrections, lambda tips: floor, upright)
 
 
 def lock_to_plans(motion: Motion, plans: Sequence[FootPlan], ground: Ground) -> Motion:

@@ -12,11 +12,20 @@ from .foot import FEET, sole_points
 
 SIGMA = 4.0
 """Frames over which the change of height is smoothed."""
+STANDS = 0.02
+"""Weight on the furniture below which the feet carry the body."""
 
 
-def grounded(motion: Motion, floor: np.ndarray, share: np.ndarray | float = 1.0) -> Motion:
-    """Return the motion with its lowest sole on the floor (T,). share: (T,) of the change that is made; 1 for all."""
-    height = share * (floor - lowest_sole(motion))
+def grounded(motion: Motion, floor: np.ndarray, resting: np.ndarray | float = 0.0) -> Motion:
+    """Return the motion with its lowest sole on the floor (T,).
+
+    resting: from 0 to 1, (T,) or one number. A body that sits or lies down keeps the change of height that it had when
+    it stood, until that has faded with its weight on the furniture.
+    """
+    resting, frames = np.broadcast_to(resting, len(motion)), np.arange(len(motion))
+    height = floor - lowest_sole(motion)
+    stands = np.flatnonzero(resting < STANDS)
+    height = np.interp(frames, stands, height[stands]) * (1 - resting) if len(stands) else 0 * height
     change = gaussian_filter1d(height, SIGMA, mode="nearest")
     return replace(motion, root=motion.root + change[:, None] * np.array([0.0, 1.0, 0.0]))
 

@@ -11,10 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from .... import rotation, skeleton
+from ....body import balls, human
 from ....body import betas as shapes
-from ....body import human
 from ....frames import yaw_direction
-from ....scene.distance.signed_distance import SignedDistance
+from ....refine.feet.grounding import sole_heights
+from ....scene.distance.signed_distance import BAND, SignedDistance
 from ..figure import Figure, as_motion
 
 LIFTS = np.arange(-0.08, 0.081, 0.01)
@@ -26,6 +27,8 @@ stay, the thighs are raised, and the knees bent. The feet keep their angle to th
 SIGMA = np.array([0.05, 0.04, 0.12, 0.12, 0.20])
 """Usual sizes of the changes: of the first round, and of what costs as much as TRUST metres of depth."""
 TRUST = 0.004
+HANGING = 0.6
+"""Cost of a metre between the floor and the feet of a body that sits."""
 ROUNDS, TRIED, KEPT = 4, 32, 6
 """Rounds of the cross-entropy method, bodies tried in each, and those kept for the next one."""
 EVERY = 4
@@ -57,19 +60,30 @@ def settled(
 def fits(
     figures: Sequence[Figure], field: SignedDistance, floor: float, lifts: Sequence[float] = (0.0,)
 ) -> np.ndarray:
-    """Return how badly figures fit at some heights (K, L): depth of the skin, distance of the skin that should rest."""
-    body = shapes.body_of(figures[0].betas)
-    skin = human.skin(body, as_motion(figures), body.collision[::EVERY]).astype(np.float64)
+    """Return how badly figures fit at some heights (K, L): depth of the body, distance of the skin that should rest.
+
+    The balls inside the skin feel what the skin has passed through: a blanket, a thin seat.
+    """
+    body, motion = shapes.body_of(figures[0].betas), as_motion(figures)
+    skin = human.skin(body, motion, body.collision[::EVERY]).astype(np.float64)
+    inner = balls.of_body(body)
+    centres, radii = inner.at(motion).astype(np.float64), np.minimum(inner.radii, BAND)
     roots = np.array([figure.root for figure in figures])
     resting = np.linalg.norm((skin - roots[:, None])[..., [0, 2]], axis=-1) < SEAT
     costs = np.empty((len(figures), len(lifts)))
     for column, lift in enumerate(lifts):
-        points = (skin + [0.0, lift, 0.0]).reshape(-1, 3)
-        distance = np.minimum(field.at(points)[0], points[:, 1] - floor).reshape(skin.shape[:2])
-        depth = np.maximum(-distance - TOUCHING, 0)
+        distance, free = (_distances(points + [0.0, lift, 0.0], field, floor) for points in (skin, centres))
+        depth, inside = (np.maximum(value - TOUCHING, 0) for value in (-distance, radii - free))
         nearest = np.sort(np.where(resting, distance, np.inf), 1)[:, :10]
-        costs[:, column] = 20 * depth.mean(1) + depth.max(1) + np.abs(nearest).mean(1)
+        costs[:, column] = sum(20 * deep.mean(1) + deep.max(1) for deep in (depth, inside))
+        costs[:, column] += np.abs(nearest).mean(1)
     return costs
+
+
+def _distances(points: np.ndarray, field: SignedDistance, floor: float) -> np.ndarray:
+    """Return the distances (K, N) of points (K, N, 3) from surfaces and floor, negative inside."""
+    flat = points.reshape(-1, 3)
+    return np.minimum(field.at(flat)[0], flat[:, 1] - floor).reshape(points.shape[:2])
 
 
 def fitted(figure: Figure, field: SignedDistance, floor: float, action: str, seed: int) -> Figure:
@@ -83,8 +97,11 @@ def fitted(figure: Figure, field: SignedDistance, floor: float, action: str, see
     for _ in range(ROUNDS):
         tried = middle + sigma * rng.standard_normal((TRIED, len(CHANGES)))
         tried[0] = middle
-        costs = fits(changed(figure, tried, action), field, floor)[:, 0]
-        costs = np.round(costs + TRUST * np.square(tried / SIGMA).sum(1), 6)
+        bodies = changed(figure, tried, action)
+        costs = fits(bodies, field, floor)[:, 0] + TRUST * np.square(tried / SIGMA).sum(1)
+        if action == "sit":
+            costs += HANGING * np.maximum(sole_heights(as_motion(bodies)) - floor, 0).mean(1)
+        costs = np.round(costs, 6)
         order = costs.argsort(kind="stable")[:KEPT]
         if costs[order[0]] < least:
             best, least = tried[order[0]], costs[order[0]]

@@ -1,0 +1,122 @@
+"""Windows onto and off furniture as people sit down and rise. Network frame, metres.
+
+RouteNet leads the pelvis down in a straight line, so that a body squats in the air on its way; and it has learnt from
+clips in which somebody drops onto a seat at 1.5 m/s, so that the pelvis is fast when it is over the seat. PoseNet's
+feet walk on below the pelvis, into the seat.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from ... import rotation
+from ...motion import Motion, velocities
+from ...refine.feet.corrections import Correction, apply, spread
+from ...refine.feet.foot import FEET
+from ...refine.feet.stances import Stance
+from ...skeleton import INDEX
+from ...vocabulary import SEATED
+
+AWAY = (0.08, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21, 0.24, 0.29, 0.35)
+"""Metres from the seated place, horizontally, within which the pelvis of three of four captured bodies is (406 sits)
+when it has come down to 0, 10, ... and 90 % of its height over the seat."""
+PLANTED = (0.60, 0.45)
+"""Metres from the seated place, horizontally, within which the first and the second foot stand where they will stand
+while the body sits."""
+STEP = 9
+"""Frames of the step to that place."""
+STIR = 0.25
+"""Share of the motion of pelvis and legs that is left to a body that rests: more of it is in the seat."""
+LYING = ("pelvis", *(f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle")))
+SOFT = 2.0
+"""Frames over which raised heights are smoothed."""
+FASTEST = 0.47
+"""Metres per second of the pelvis near its rest: the median of people who rise, within 3 cm of it."""
+NEAR, FREE = 0.6, 0.9
+"""Shares of the height over the rest up to which the pelvis is held to that, and from which it is free."""
+SPREAD = 7
+"""Frames around a fast one that are slowed with it."""
+SIGMA = 3.0
+"""Frames over which the pace changes."""
+
+
+def raised(places: np.ndarray, sits: tuple[bool, bool]) -> np.ndarray:
+    """Return heights (T,) of a pelvis at places (T, 3) that is low only over its seat.
+
+    sits: whether the body sits at the begin and at the end.
+    """
+    heights = places[:, 1]
+    if sits[0] == sits[1]:
+        return heights
+    rest, stands = (0, -1) if sits[0] else (-1, 0)
+    away = np.linalg.norm((places - places[rest])[:, [0, 2]], axis=-1)
+    share = np.interp(away, AWAY, np.linspace(0.0, 0.9, len(AWAY)))
+    least = heights[rest] + share * (heights[stands] - heights[rest])
+    lift = gaussian_filter1d(np.maximum(least - heights, 0.0), SOFT, mode="nearest")
+    lift[[0, -1]] = 0.0
+    return heights + lift
+
+
+def planted(motion: Motion, begin: str, end: str) -> Motion:
+    """Return a window in which a body that sits down or rises stands in front of its seat with the feet that it has
+    while it sits.
+
+    The feet step there one after the other, the nearer one first. begin, end: what the body does at the ends of the
+    window.
+    """
+    if (begin == "sit") == (end == "sit"):
+        return motion
+    if begin == "sit":  # rising is sitting down backwards
+        return backwards(planted(backwards(motion), end, begin))
+    count, joints = len(motion), motion.forward_kinematics()[0]
+    away = np.linalg.norm((motion.root - motion.root[-1])[:, [0, 2]], axis=-1)
+    firsts = [int(np.flatnonzero(away > limit)[-1]) + 1 if (away > limit).any() else 0 for limit in PLANTED]
+    firsts[0] = max(firsts[0], STEP)
+    firsts[1] = max(firsts[1], firsts[0] + STEP)
+    if firsts[1] >= count - 1:
+        return motion
+    left = [np.linalg.norm((joints[firsts[0], foot.ball] - joints[-1, foot.ball])[[0, 2]]) for foot in FEET]
+    made = []
+    for foot, first in zip(sorted(FEET, key=lambda foot: left[FEET.index(foot)]), firsts, strict=True):
+        offset, standing = np.zeros((count, 3)), np.arange(count) >= first
+        offset[first:, [0, 2]] = (joints[-1, foot.ball] - joints[first:, foot.ball])[:, [0, 2]]
+        offset = spread(offset, [Stance(first, count)], STEP - 1)
+        made.append(Correction(foot, offset, standing))
+    return apply(motion, made, lambda tips: np.full(count, -np.inf), 0.0)
+
+
+def backwards(motion: Motion) -> Motion:
+    """Return a motion backwards in time."""
+    return replace(motion, root=motion.root[::-1], rotations=motion.rotations[::-1])
+
+
+def stilled(motion: Motion) -> Motion:
+    """Return a window in which a resting body stays where it is, with less motion of what lies on the furniture."""
+    joints = [INDEX[name] for name in LYING]
+    rotations = motion.rotations.copy()
+    begin = np.broadcast_to(rotations[:1, joints], rotations[:, joints].shape)
+    rotations[:, joints] = rotation.slerp(begin, rotations[:, joints], np.full((len(motion), 1), STIR))
+    return replace(motion, root=motion.root[:1] + STIR * (motion.root - motion.root[:1]), rotations=rotations)
+
+
+def paced(motion: Motion, begin: str, end: str) -> Motion:
+    """Return a window that takes longer where the pelvis is too fast for a body that sits or lies down, or rises.
+
+    begin, end: what the body does at the ends of the window.
+    """
+    if not {begin, end} & set(SEATED) or len(motion) < 3:
+        return motion
+    height = motion.root[:, 1]
+    over = (height - height.min()) / max(np.ptp(height), 1e-6)
+    near = np.clip((FREE - over) / (FREE - NEAR), 0, 1)
+    speed = np.linalg.norm(velocities(motion.root, motion.fps), axis=-1)
+    slower = 1 + near * (np.maximum(speed / FASTEST, 1) - 1)
+    slower = gaussian_filter1d(maximum_filter1d(slower, SPREAD, mode="nearest"), SIGMA, mode="nearest")
+    times = np.concatenate([[0.0], np.cumsum((slower[1:] + slower[:-1]) / 2)])
+    count = int(np.ceil(times[-1] - 1e-9)) + 1
+    if count == len(motion):
+        return motion
+    return motion.at_frames(np.interp(np.linspace(0, times[-1], count), times, np.arange(len(motion))))
