@@ -8,16 +8,19 @@ from samp_blender.models import weights
 from samp_blender.models.scene_gan import networks
 from samp_blender.models.scene_gan.projection import Motions
 from samp_blender.samp_addon import rotation
-from samp_blender.samp_addon.body import human
+from samp_blender.samp_addon.body import balls, human
+from samp_blender.samp_addon.body.balls import Track
 from samp_blender.samp_addon.errors import SampError, UsageError
 from samp_blender.samp_addon.methods import registry
 from samp_blender.samp_addon.methods.method import Draw
 from samp_blender.samp_addon.methods.scene_gan import improvisation, load_networks, placing
 from samp_blender.samp_addon.methods.scene_gan.frame import ViewFrame, moved, rest_joints
 from samp_blender.samp_addon.methods.scene_gan.ground import Ground
+from samp_blender.samp_addon.methods.scene_gan.judging import Judge
 from samp_blender.samp_addon.methods.scene_gan.method import SceneGanMethod
 from samp_blender.samp_addon.methods.scene_view import SceneView
 from samp_blender.samp_addon.methods.step import Step
+from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene.camera_view import CameraView
 from samp_blender.samp_addon.scene.geometry import SceneGeometry
 from samp_blender.samp_addon.scene.navmesh import navmesh
@@ -77,10 +80,9 @@ def test_windows_come_back_to_the_scene():
     np.testing.assert_allclose(start.root[0], [0.32, 0.91 - 1.6, 7.05], atol=1e-5)
     np.testing.assert_allclose(start.root_velocity[0], [0.02, 0.01, 0.05], atol=1e-5)
     motions = Motions.of(start, torch.zeros(2, 3, 64), start.six[:, None].expand(-1, 64, -1, -1))
-    roots, turned, joints = frame.to_scene(motions)
+    roots, turned = frame.to_scene(motions)
     np.testing.assert_allclose(roots[1, -1], root[1], atol=1e-5)
     assert np.abs((turned[0, 0] * quats[1]).sum(-1)).min() > 1 - 1e-5
-    np.testing.assert_allclose(joints[0, 0, 0], root[1], atol=1e-5)
 
 
 def test_pictures_are_moved():
@@ -104,7 +106,73 @@ def test_where_a_body_can_be(ground, way, height, fine):
     share = np.linspace(0, 1, 40)[:, None]
     flat = np.array(way[0]) * (1 - share) + np.array(way[1]) * share
     root = np.stack([flat[:, 0], np.full(40, height), flat[:, 1]], -1)
-    assert (ground.wrong(root, 0.0) <= improvisation.TOLERATED) is fine
+    assert bool(ground.fits(root, 0.0).all()) is fine
+
+
+def upright(way, frames=65):
+    """A window (T, 3), (T, 22, 4) of a body in the rest pose, arms to its sides, along a way of two places."""
+    share = np.linspace(0, 1, frames)[:, None]
+    flat = np.array(way[0]) * (1 - share) + np.array(way[1]) * share
+    root = np.stack([flat[:, 0], np.full(frames, STANDING), flat[:, 1]], -1)
+    return root, np.tile([1.0, 0, 0, 0], (frames, 22, 1))
+
+
+def other(way, frames=65):
+    """A body that stands in the rest pose, or goes along a way, over time."""
+    made = balls.of_body(human.load())
+    return Track(made.at(Motion(*upright(way, frames))), made.radii, 30.0)
+
+
+@pytest.mark.parametrize(
+    "way, others, low, high",
+    [
+        ([[2, -2], [-2, -2]], [], 64, 64),  # along the floor
+        ([[0, -2.5], [0, 0]], [], 36, 56),  # up to the box, which begins at -0.5
+        ([[1.09, -2], [1.09, 2]], [], 12, 32),  # beside the box, a hip in it
+        ([[0, -2], [0, -4]], [], 24, 48),  # off the floor, which ends at -3
+        ([[2, -2], [-2, -2]], [other([[-1.0, -2], [-1.0, -2]])], 16, 40),  # up to somebody who stands there
+        ([[2, -2], [2, -2]], [other([[-2, -2], [2, -2]])], 24, 48),  # somebody comes
+        ([[2, -2], [2, -2]], [other([[-2, 2], [2, 2]])], 64, 64),  # somebody passes at a distance
+        ([[2, -2], [0, -2]], [other([[1.6, -2], [-2, -2]])], 64, 64),  # who goes away is not met
+    ],
+)
+def test_how_far_a_window_can_be_followed(ground, way, others, low, high):
+    verdict = Judge(ground, others).of(*upright(way), 0.0, 0)
+    assert low <= verdict.frames <= high
+
+
+def test_a_window_begins_in_the_frame_of_the_others_in_which_it_is_given(ground):
+    gone = other([[-2, -2], [2, -2]])  # at x = 0 in frame 32
+    still = upright([[0, -2], [0, -2]])
+    assert Judge(ground, [gone]).of(*still, 0.0, 0).frames < 40
+    assert Judge(ground, [gone]).of(*still, 0.0, 60).frames == 64
+
+
+def test_nobody_begins_where_somebody_stands(ground):
+    places = np.array([[2.0, 0.0, -2.0], [0.0, 0.0, -2.0]])
+    assert Judge(ground, [other([[2, -2], [2, -2]])]).meets(places).tolist() == [True, False]
+
+
+def test_a_take_turns_away_where_it_cannot_go_on(room):
+    """Three of four draws glide to the box at different speeds, until a draw stands: it stops before the box."""
+    method = SceneGanMethod(still((0.0, 0.0, 0.02)))
+    step = Step(action="", method="scene_gan", settings={"seconds": 4.0, "draws": 4})
+    view = scene(room, camera=camera(), start=(np.array([0.0, 0.0, -2.5]), 0.0))
+    windows = iter([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    networks_ = method._networks
+    bias = networks_.trajectory.last.bias.detach().clone()
+    draw = networks_.draw
+
+    def slower(*found):
+        with torch.no_grad():
+            networks_.trajectory.last.bias.copy_(bias * next(windows))
+        return draw(*found)
+
+    networks_.draw = slower
+    (take,), failures = method.generate(step, view, [Draw(0, 0)], QUIET)
+    assert not failures and len(take.motion) == 121
+    assert -1.2 < take.motion.root[-1, 2] < -0.6
+    assert take.motion.root[:, 2].max() < -0.6
 
 
 def test_windows_are_joined_without_a_jump():

@@ -79,7 +79,7 @@ class SceneGanMethod:
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
             try:
-                maker = Maker(networks, scene, _navmesh(scene))
+                maker = Maker(networks, scene, walkable(scene))
             except PathError as error:
                 raise SampError(str(error)) from error
         takes, failures = [], []
@@ -105,7 +105,7 @@ class SceneGanMethod:
         return trained(name=PICTURE if picture and installed() else HEIGHT)
 
 
-def _navmesh(scene: SceneView) -> NavMesh:
+def walkable(scene: SceneView) -> NavMesh:
     """Return the walkable ground around the character, or around what the camera sees."""
     from dataclasses import replace
 
