@@ -14,6 +14,7 @@ from ... import rotation
 from ...easing import smoothstep
 from ...errors import SampError
 from ...torch_threads import single_thread
+from . import liveliness
 from .frame import ViewFrame
 from .judging import Judge
 
@@ -97,25 +98,30 @@ class Improviser:
         """Return the window that can be followed for the longest time, cut there: root (T, 3), rotations, and how many
         of ``draws`` were looked at.
 
-        first: the given frame's number in the take. The first draw that stays out of furniture to its end is taken, or
-        else the one that is the least in it of those that can be followed to their ends.
+        first: the given frame's number in the take. The draws are looked at in the order of how well they fit the way
+        that captured bodies go, see liveliness.py, until one stays out of furniture to its end.
         """
         ground = self.judge.ground
         floor = float(ground.floor(root[1:] - [0.0, ground.standing, 0.0])[0])
         start = self.frame.start(root, rotations, floor, self.rest, draws)
         scene = self._scene(root[1]).expand(draws, -1)
         roots, quats = self.frame.to_scene(self.networks.draw(scene, start, random))
-        best, least, kept = 0, (np.inf, np.inf), 0
-        for number in range(draws):
+        speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
+        far = liveliness.wanted(speed, float(torch.rand(1, generator=random)))
+        gone = np.linalg.norm((roots[:, -1] - root[1])[:, [0, 2]], axis=-1)
+        best, least, looked = None, (np.inf, np.inf), 0
+        for number in np.argsort(np.abs(gone - far)):
             way, turned = continued(roots[number], quats[number], root, rotations)
             verdict = self.judge.of(way, turned, floor, first)
+            looked += 1
             rank = (-verdict.frames, round(verdict.depth, 3))
             if rank < least:
-                best, least, kept = (way, turned), rank, verdict.frames
+                best, least = (way, turned), rank
             if verdict.frames == WINDOW and verdict.depth <= PRESSED:
                 break
+        kept = -least[0]
         end = kept + 1 if kept == WINDOW else max(kept - MARGIN, 0) + 1
-        return best[0][:end], best[1][:end], number + 1
+        return best[0][:end], best[1][:end], looked
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""

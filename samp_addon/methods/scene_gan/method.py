@@ -35,7 +35,7 @@ class SceneGanMethod:
     label = "Improvise"
     description = "Do something that fits what a camera sees, without a target"
     actions: tuple[str, ...] = ()
-    needs = frozenset({"geometry", "start", "camera"})
+    needs = frozenset({"geometry", "start", "camera", "others"})
     options = (
         Option("camera", "name of the camera that sees the room; left out, the scene's active one", kind=str,
                metavar=("NAME",)),
