@@ -17,6 +17,7 @@ from . import measures
 
 STRIDE = WINDOW - OVERLAP  # frames between two joins
 EVERY = 5  # frames between two that are compared with the room
+ON_FLOOR = 0.03  # height over the floor up to which a point belongs to it, metres
 TOLERATED = 0.02  # share of frames beside the navmesh of a take that counts as on it
 
 
@@ -34,25 +35,32 @@ def of_take(take: Take, view: CameraView, ground: Ground, obstacles: Obstacles) 
         "on_navmesh": float(ground.fits(motion.root, floor).mean() >= 1 - TOLERATED),
         "seated_share": float((~ground.upright(motion.root)).mean()),
         "deeper_than_2cm": float((deepest > 0.02).mean()), "deeper_than_5cm": float((deepest > 0.05).mean()),
-        "points_inside": points_inside(compared, view),
+        "points_inside": points_inside(compared, view, floor),
         **feet.measures(motion, take.floor),
     }  # fmt: skip
 
 
-def points_inside(motion: Motion, view: CameraView) -> dict[str, list[float]]:
+def points_inside(motion: Motion, view: CameraView, floor: float) -> dict[str, list[float]]:
     """Return, for each radius, the number of points of the depth map inside the body in each frame.
 
-    They are counted as by measures.collisions for the raw network.
+    They are counted as by measures.collisions for the raw network, and once more without those of the floor: cylinders
+    of 60 mm around the bones of feet that stand on it contain some.
     """
     joints, _ = motion.forward_kinematics()
-    seen = joints[:, :BODY_COUNT] @ view.extrinsics[:3, :3].T + view.extrinsics[:3, 3]
-    tensor = lambda values: torch.as_tensor(values, dtype=torch.float32)
-    points = measures.cloud(tensor(view.depth), tensor(view.lens))
+    turn, moved = view.extrinsics[:3, :3], view.extrinsics[:3, 3]
+    seen = _tensor(joints[:, :BODY_COUNT] @ turn.T + moved)
+    points = measures.cloud(_tensor(view.depth), _tensor(view.lens))
+    above = (points - _tensor(moved)) @ _tensor(turn[:, 1]) > floor + ON_FLOOR
     each = (measures.COUNTED_WIDTH / view.depth.shape[1]) ** 2
     return {
-        f"{1000 * radius:.0f} mm": (each * measures.points_inside(tensor(seen), points, radius)).tolist()
+        f"{1000 * radius:.0f} mm{name}": (each * measures.points_inside(seen, some, radius)).tolist()
         for radius in measures.RADII
+        for name, some in (("", points), (" off the floor", points[above]))
     }
+
+
+def _tensor(values: np.ndarray) -> torch.Tensor:
+    return torch.as_tensor(values, dtype=torch.float32)
 
 
 def jerk_at_joins(motion: Motion) -> float:
