@@ -2,47 +2,36 @@
 
 import numpy as np
 import pytest
-import shapes
+import scene_gan_room
 import torch
 from samp_blender.models import weights
 from samp_blender.models.scene_gan import networks
 from samp_blender.models.scene_gan.projection import Motions
 from samp_blender.samp_addon import rotation
-from samp_blender.samp_addon.body import balls, human
-from samp_blender.samp_addon.body.balls import Track
 from samp_blender.samp_addon.errors import SampError, UsageError
 from samp_blender.samp_addon.methods import registry
 from samp_blender.samp_addon.methods.method import Draw
 from samp_blender.samp_addon.methods.scene_gan import improvisation, load_networks, placing
 from samp_blender.samp_addon.methods.scene_gan.frame import ViewFrame, moved, rest_joints
-from samp_blender.samp_addon.methods.scene_gan.ground import Ground
-from samp_blender.samp_addon.methods.scene_gan.judging import Judge
 from samp_blender.samp_addon.methods.scene_gan.method import SceneGanMethod
 from samp_blender.samp_addon.methods.scene_view import SceneView
 from samp_blender.samp_addon.methods.step import Step
-from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene.camera_view import CameraView
-from samp_blender.samp_addon.scene.geometry import SceneGeometry
 from samp_blender.samp_addon.scene.navmesh import navmesh
+from scene_gan_room import STANDING
 
 TINY = {"width": 32, "noise": 4, "pose_noise": 4, "scene": 16, "encoder_width": 8}
-STANDING = -human.load().floor
 QUIET = lambda stage, share: None
 
 
 @pytest.fixture(scope="module")
 def room():
-    """A floor of 6 x 6 m with a box of 2 x 0.9 x 1 m in its middle and a low bench on one side."""
-    pieces = [
-        ("Floor", shapes.box([-3, -0.1, -3], [3, 0, 3])), ("Box", shapes.box([-1, 0, -0.5], [1, 0.9, 0.5])),
-        ("Bench", shapes.box([-2.9, 0, 1.5], [-2.4, 0.45, 2.5])),
-    ]  # fmt: skip
-    return SceneGeometry.from_objects(pieces)
+    return scene_gan_room.room()
 
 
 @pytest.fixture(scope="module")
 def ground(room):
-    return Ground(navmesh.build(room.triangles), room.triangles, STANDING)
+    return scene_gan_room.ground(room)
 
 
 def camera(depth=8.0):
@@ -107,50 +96,6 @@ def test_where_a_body_can_be(ground, way, height, fine):
     flat = np.array(way[0]) * (1 - share) + np.array(way[1]) * share
     root = np.stack([flat[:, 0], np.full(40, height), flat[:, 1]], -1)
     assert bool(ground.fits(root, 0.0).all()) is fine
-
-
-def upright(way, frames=65):
-    """A window (T, 3), (T, 22, 4) of a body in the rest pose, arms to its sides, along a way of two places."""
-    share = np.linspace(0, 1, frames)[:, None]
-    flat = np.array(way[0]) * (1 - share) + np.array(way[1]) * share
-    root = np.stack([flat[:, 0], np.full(frames, STANDING), flat[:, 1]], -1)
-    return root, np.tile([1.0, 0, 0, 0], (frames, 22, 1))
-
-
-def other(way, frames=65):
-    """A body that stands in the rest pose, or goes along a way, over time."""
-    made = balls.of_body(human.load())
-    return Track(made.at(Motion(*upright(way, frames))), made.radii, 30.0)
-
-
-@pytest.mark.parametrize(
-    "way, others, low, high",
-    [
-        ([[2, -2], [-2, -2]], [], 64, 64),  # along the floor
-        ([[0, -2.5], [0, 0]], [], 36, 56),  # up to the box, which begins at -0.5
-        ([[1.09, -2], [1.09, 2]], [], 12, 32),  # beside the box, a hip in it
-        ([[0, -2], [0, -4]], [], 24, 48),  # off the floor, which ends at -3
-        ([[2, -2], [-2, -2]], [other([[-1.0, -2], [-1.0, -2]])], 16, 40),  # up to somebody who stands there
-        ([[2, -2], [2, -2]], [other([[-2, -2], [2, -2]])], 24, 48),  # somebody comes
-        ([[2, -2], [2, -2]], [other([[-2, 2], [2, 2]])], 64, 64),  # somebody passes at a distance
-        ([[2, -2], [0, -2]], [other([[1.6, -2], [-2, -2]])], 64, 64),  # who goes away is not met
-    ],
-)
-def test_how_far_a_window_can_be_followed(ground, way, others, low, high):
-    verdict = Judge(ground, others).of(*upright(way), 0.0, 0)
-    assert low <= verdict.frames <= high
-
-
-def test_a_window_begins_in_the_frame_of_the_others_in_which_it_is_given(ground):
-    gone = other([[-2, -2], [2, -2]])  # at x = 0 in frame 32
-    still = upright([[0, -2], [0, -2]])
-    assert Judge(ground, [gone]).of(*still, 0.0, 0).frames < 40
-    assert Judge(ground, [gone]).of(*still, 0.0, 60).frames == 64
-
-
-def test_nobody_begins_where_somebody_stands(ground):
-    places = np.array([[2.0, 0.0, -2.0], [0.0, 0.0, -2.0]])
-    assert Judge(ground, [other([[2, -2], [2, -2]])]).meets(places).tolist() == [True, False]
 
 
 def test_a_take_turns_away_where_it_cannot_go_on(room):

@@ -24,6 +24,8 @@ OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
 EASED = 10
 """Frames over which a window turns from the motion before it to what the network generated."""
+FEET = (10, 11)
+"""The joints that bear weight."""
 SHORTEST = 8
 """Least frames by which a window that cannot be followed to its end makes the take longer."""
 MARGIN = 4
@@ -98,19 +100,20 @@ class Improviser:
         """Return the window that can be followed for the longest time, cut there: root (T, 3), rotations, and how many
         of ``draws`` were looked at.
 
-        first: the given frame's number in the take. The draws are looked at in the order of how well they fit the way
-        that captured bodies go, see liveliness.py, until one stays out of furniture to its end.
+        first: the given frame's number in the take. The draws are looked at in the order of how much they are like
+        captured motion, see liveliness.py, until one stays out of furniture to its end.
         """
         ground = self.judge.ground
         floor = float(ground.floor(root[1:] - [0.0, ground.standing, 0.0])[0])
         start = self.frame.start(root, rotations, floor, self.rest, draws)
         scene = self._scene(root[1]).expand(draws, -1)
-        roots, quats = self.frame.to_scene(self.networks.draw(scene, start, random))
+        motions = self.networks.draw(scene, start, random)
+        roots, quats = self.frame.to_scene(motions)
         speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
         far = liveliness.wanted(speed, float(torch.rand(1, generator=random)))
-        gone = np.linalg.norm((roots[:, -1] - root[1])[:, [0, 2]], axis=-1)
+        unlike = liveliness.unlike(motions.joints[:, :, FEET].double().numpy(), roots, far)
         best, least, looked = None, (np.inf, np.inf), 0
-        for number in np.argsort(np.abs(gone - far)):
+        for number in np.argsort(unlike):
             way, turned = continued(roots[number], quats[number], root, rotations)
             verdict = self.judge.of(way, turned, floor, first)
             looked += 1

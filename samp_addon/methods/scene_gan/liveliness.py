@@ -1,4 +1,7 @@
-"""How far a body goes in a window, as captured bodies do: from a standing start, the networks seldom set off."""
+"""How much draws are like captured motion: bodies go as far as captured ones, and stand on one foot meanwhile.
+
+From a standing start the networks seldom set off, and when they walk, both feet often slide.
+"""
 
 from __future__ import annotations
 
@@ -23,3 +26,14 @@ def wanted(speed: float, share: float) -> float:
     ones."""
     row = WAYS[int(np.searchsorted(SPEEDS, speed, side="right"))]
     return float(np.interp(share, SHARES, row))
+
+
+def unlike(feet: np.ndarray, roots: np.ndarray, far: float) -> np.ndarray:
+    """Return how far windows are from what is wanted (B,), metres: the difference from ``far``, and the way over which
+    the slower foot slides.
+
+    feet: (B, T, 2, 3). roots: (B, T, 3) of the pelvis.
+    """
+    gone = np.linalg.norm((roots[:, -1] - roots[:, 0])[:, [0, 2]], axis=-1)
+    slid = np.linalg.norm(np.diff(feet, axis=1), axis=-1).min(-1).sum(-1)
+    return np.abs(gone - far) + slid
