@@ -20,6 +20,9 @@ WAYS = (
 """Metres of the pelvis over a window's 64 frames, for starts slower than each of SPEEDS and for faster ones
 (training/scene_gan/tables/ways.py)."""
 
+SLIDES = 0.3
+"""Metres of the slower foot for each one of the pelvis up to which a walk counts as sound; of captured ones, 0.14."""
+
 
 def wanted(speed: float, share: float) -> float:
     """Return how far a body goes that begins at a speed, metres per second, and gets farther than a share of captured
@@ -30,10 +33,10 @@ def wanted(speed: float, share: float) -> float:
 
 def unlike(feet: np.ndarray, roots: np.ndarray, far: float) -> np.ndarray:
     """Return how far windows are from what is wanted (B,), metres: the difference from ``far``, and the way over which
-    the slower foot slides.
+    the slower foot slides beyond SLIDES.
 
     feet: (B, T, 2, 3). roots: (B, T, 3) of the pelvis.
     """
     gone = np.linalg.norm((roots[:, -1] - roots[:, 0])[:, [0, 2]], axis=-1)
     slid = np.linalg.norm(np.diff(feet, axis=1), axis=-1).min(-1).sum(-1)
-    return np.abs(gone - far) + slid
+    return np.abs(gone - far) + np.maximum(slid - SLIDES * gone, 0.0)
