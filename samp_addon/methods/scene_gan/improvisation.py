@@ -84,8 +84,8 @@ class Improviser:
                     back += 1
                     if back > MOST_BACK:
                         raise SampError(
-                            f"None of {draws} draws stays on free floor; try another seed, or move the character or "
-                            "the camera."
+                            f"None of {draws} draws stays on free floor and clear of others; try another seed, or "
+                            "move the character or the camera."
                         )
                     kept = max(at - (WINDOW - OVERLAP), begun) + 1
                     root, rotations = root[:kept], rotations[:kept]

@@ -24,7 +24,7 @@ CLEARANCE = 0.06
 STANDING_ROOM = 0.35
 """Metres from the axis of a standing body to others."""
 FAR = 2.5
-"""Metres between two pelvises from which on bodies cannot touch."""
+"""Metres between the middles of two bodies from which on they cannot touch."""
 
 
 @dataclass(frozen=True)
