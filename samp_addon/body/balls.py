@@ -42,6 +42,24 @@ class Balls:
         return human.skin(self.centres, motion)
 
 
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A body over time. centres: (T, S, 3) of its balls, radii: (S,), rate: frames per second."""
+
+    centres: np.ndarray
+    radii: np.ndarray
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.centres)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return centre (T, 3) and radius (T,) of a ball around all of the body in each frame."""
+        middle = (self.centres.min(1) + self.centres.max(1)) / 2
+        reach = np.linalg.norm(self.centres - middle[:, None], axis=-1) + self.radii
+        return middle, reach.max(1)
+
+
 def of_body(body: Human) -> Balls:
     """Return the balls of a body: together they cover its skin up to TOLERANCE and never reach out of it.
 

@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ..body.balls import Track
 from ..motion import Goal, Motion
 from ..scene.camera_view import CameraView
 from ..scene.geometry import SceneGeometry, extent
@@ -36,7 +37,8 @@ class SceneView:
     one frame in the default proportions, or None where the method chooses; empty for none at all. camera: what the
     step's camera sees, or None. betas: (10,) shape of the character, see body/betas.py; None for the default human and
     for bodies from elsewhere. characters: names of objects in `geometry` that are other characters' bodies, with the
-    characters' names. after: by seed, the takes that these go on from; `start` counts for nothing then.
+    characters' names. after: by seed, the takes that these go on from; `start` counts for nothing then. occupied:
+    ground that is left to other bodies. others: these bodies over time, from the first frame of the step on.
     """
 
     geometry: SceneGeometry
@@ -53,6 +55,7 @@ class SceneView:
     characters: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     after: Mapping[int, Take] = field(default_factory=lambda: MappingProxyType({}))
     occupied: Sequence[Disc] = ()
+    others: Sequence[Track] = ()
 
     @cached_property
     def explained(self) -> dict[str, Exception]:

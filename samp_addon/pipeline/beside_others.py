@@ -48,7 +48,10 @@ MOST_POINTS = 0.02
 
 
 def beside(work: Work, others: Sequence[Other]) -> Work:
-    """Return the work with what it leaves to others. Raise SampError where they are on all places of a target."""
+    """Return the work with what it leaves to others. Raise SampError where they are on all places of a target.
+
+    Only the first step knows when they are where: how long it takes is not known before.
+    """
     if not others:
         return work
     pelvises = [other.pelvis for other in others]
@@ -56,6 +59,7 @@ def beside(work: Work, others: Sequence[Other]) -> Work:
         _left(_with_free_goals(step, view, others), pelvises)
         for step, view in zip(work.job.steps, work.views, strict=True)
     ]
+    views[0] = replace(views[0], others=[other.track for other in others])
     return replace(work, views=views, settle=_Settled(tuple(others), views[0], work.body or human.load()))
 
 

@@ -89,14 +89,13 @@ class ViewFrame:
         lens = torch.as_tensor(self.centred_lens(place), dtype=torch.float32)[None]
         return scene_encoder.geometry(depth, scene_encoder.normals_of(depth, lens))
 
-    def to_scene(self, motions: Motions) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return windows in the scene: roots (B, 65, 3), local quaternions (B, 65, 22, 4), joints (B, 65, 22, 3)."""
+    def to_scene(self, motions: Motions) -> tuple[np.ndarray, np.ndarray]:
+        """Return windows in the scene: roots (B, 65, 3), local quaternions (B, 65, 22, 4)."""
         back = self.axes.T
         root = motions.root.double().numpy() @ back + self.eye
         matrices = kinematics.matrices(motions.six).double().numpy()
         matrices[:, :, 0] = self.axes @ matrices[:, :, 0]
-        joints = motions.positions.double().numpy() @ back + root[:, :, None]
-        return root, rotation.matrix_to_quaternion(matrices), joints
+        return root, rotation.matrix_to_quaternion(matrices)
 
 
 def moved(values: np.ndarray, shift: np.ndarray) -> np.ndarray:

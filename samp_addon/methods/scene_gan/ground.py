@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...scene import geometry
-from ...scene.distance.signed_distance import SignedDistance, around_ground
+from ...scene.distance.signed_distance import BAND, SignedDistance, around_ground
 from ...scene.navmesh.navmesh import NavMesh
 
 OFF = 0.15
@@ -18,8 +18,6 @@ UPRIGHT = 0.75
 """Height of the pelvis over the floor, of standing, from which on a body is upright."""
 REACH, UNDER = 1.2, (0.02, 0.32)
 """A seated pelvis is at most so far from walkable ground, and a surface is this far under it; metres."""
-FLESH = 0.05
-"""Metres of flesh around a joint."""
 SAMPLES = 60_000
 
 
@@ -37,8 +35,8 @@ class Ground:
         _, rows = self._walkable.query(points * weights)
         return self.mesh.points[rows, 1]
 
-    def wrong(self, root: np.ndarray, floor: float) -> float:
-        """Return the share of frames in which a pelvis (T, 3) is at a place that a body cannot occupy.
+    def fits(self, root: np.ndarray, floor: float) -> np.ndarray:
+        """Return in which frames a pelvis (T, 3) is at a place that a body can occupy.
 
         floor: height of the ground at the beginning.
         """
@@ -46,8 +44,7 @@ class Ground:
         beside, _ = self._flat.query(root[:, [0, 2]])
         height = root[:, 1] - np.where(beside < REACH, self.floor(below), floor)
         upright = height > UPRIGHT * self.standing
-        fine = np.where(upright, beside <= OFF, (beside <= REACH) & self.carried(root))
-        return float(1 - fine.mean())
+        return np.where(upright, beside <= OFF, (beside <= REACH) & self.carried(root))
 
     def carried(self, root: np.ndarray) -> np.ndarray:
         """Return whether something is under each pelvis (T, 3) that it may sit on."""
@@ -58,11 +55,10 @@ class Ground:
         """Return in which frames a pelvis (T, 3) is as high as of a standing body."""
         return root[:, 1] - self.floor(root - [0.0, self.standing, 0.0]) > UPRIGHT * self.standing
 
-    def pressed(self, joints: np.ndarray) -> float:
-        """Return how far joints (T, J, 3) are in the scene, or nearer to it than flesh allows: the mean over the frames
-        of the deepest one, metres."""
-        distance = self._field.at(joints.reshape(-1, 3))[0].reshape(joints.shape[:2])
-        return float(np.maximum(FLESH - distance, 0.0).max(1).mean())
+    def depth(self, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        """Return how deep the deepest of balls (T, S, 3) with radii (S,) is in the scene in each frame (T,), metres."""
+        distance = self._field.at(centres.reshape(-1, 3))[0].reshape(centres.shape[:2])
+        return np.maximum(np.minimum(radii, BAND) - distance, 0.0).max(1)
 
     @cached_property
     def _field(self) -> SignedDistance:

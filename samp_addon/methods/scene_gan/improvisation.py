@@ -1,4 +1,4 @@
-"""Windows of 64 frames in a row, each drawn until it stays where a body can be (sections 3.2 and 6.2)."""
+"""Windows of 64 frames in a row, each drawn until it stays where a body can be (sections 3.2 and 6.2), or cut."""
 
 from __future__ import annotations
 
@@ -8,30 +8,37 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from ....models.scene_gan import height_map, kinematics
+from ....models.scene_gan import height_map
 from ....models.scene_gan.networks import SceneGan
 from ... import rotation
 from ...easing import smoothstep
 from ...errors import SampError
 from ...torch_threads import single_thread
+from . import liveliness
 from .frame import ViewFrame
-from .ground import Ground
+from .judging import Judge
 
+WINDOW = 64
+"""Frames of a window after the given one."""
 OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
 EASED = 10
 """Frames over which a window turns from the motion before it to what the network generated."""
-PRESSED, EVERY = 0.005, 4
-"""Metres by which joints may be in furniture, see Ground.pressed, in each EVERY-th frame."""
-OFF_FLOOR = [k for k in range(kinematics.JOINTS) if k not in (7, 8, 10, 11)]
-"""All joints but ankles and feet, which are close to the floor."""
-TOLERATED = 0.02
-"""Share of a window's frames that may be beside the navmesh."""
+FEET = (10, 11)
+"""The joints that bear weight."""
+SHORTEST = 8
+"""Least frames by which a window that cannot be followed to its end makes the take longer."""
+MARGIN = 4
+"""Frames between the end of a cut window and the first one that cannot be followed."""
+MOST_BACK = 6
+"""How often a take goes back before it is given up."""
+PRESSED = 0.01
+"""Metres of a window's bodies in furniture, on average, up to which no better draw is looked for."""
 
 
 @dataclass(frozen=True)
 class Improvised:
-    """root: (T, 3). rotations: (T, 22, 4). draws: how many windows were drawn in all; windows: how many were kept."""
+    """root: (T, 3). rotations: (T, 22, 4). draws: how many were looked at in all; windows: for how many windows."""
 
     root: np.ndarray
     rotations: np.ndarray
@@ -46,16 +53,10 @@ class Improviser:
     """
 
     def __init__(
-        self, networks: SceneGan, frame: ViewFrame, ground: Ground, rest: np.ndarray,
+        self, networks: SceneGan, frame: ViewFrame, judge: Judge, rest: np.ndarray,
         heights: tuple[torch.Tensor, torch.Tensor, float] | None = None,
     ) -> None:  # fmt: skip
-        self.networks, self.frame, self.ground, self.rest, self.heights = (
-            networks,
-            frame,
-            ground,
-            rest,
-            heights,
-        )
+        self.networks, self.frame, self.judge, self.rest, self.heights = networks, frame, judge, rest, heights
 
     @torch.inference_mode()
     def improvise(
@@ -64,48 +65,66 @@ class Improviser:
     ) -> Improvised:  # fmt: skip
         """Return ``frames`` frames that go on from two frames, root (2, 3) and rotations (2, 22, 4).
 
-        The first one returned is the second of these. draws: most draws of each window. Raises SampError where none of
-        them stays on free floor or on something to sit on.
+        The first one returned is the second of these. draws: most draws of each window. A window is cut where it
+        cannot be followed further; where that leaves too little, the one before it is drawn again. Raises SampError
+        where that has been done MOST_BACK times.
         """
         random = torch.Generator().manual_seed(seed)
-        used = windows = 0
+        used = windows = back = 0
         begun = len(root) - 1
         with single_thread():
             while len(root) < begun + frames:
                 progress((len(root) - begun) / frames)
-                at = len(root) - 1 - (OVERLAP if windows else 0)
-                at = max(at, 1)
+                at = max(len(root) - 1 - OVERLAP, begun)
                 made, quats, count = self._window(
-                    root[at - 1 : at + 1], rotations[at - 1 : at + 1], draws, random
+                    root[at - 1 : at + 1], rotations[at - 1 : at + 1], at - begun, draws, random
                 )
-                root, rotations = joined(root, rotations, made, quats, at)
                 used, windows = used + count, windows + 1
+                if at + len(made) < len(root) + SHORTEST:
+                    back += 1
+                    if back > MOST_BACK:
+                        raise SampError(
+                            f"None of {draws} draws stays on free floor and clear of others; try another seed, or "
+                            "move the character or the camera."
+                        )
+                    kept = max(at - (WINDOW - OVERLAP), begun) + 1
+                    root, rotations = root[:kept], rotations[:kept]
+                    continue
+                root, rotations = joined(root, rotations, made, quats, at)
         last = begun + frames
         return Improvised(root[begun:last], rotation.continuous(rotations[begun:last]), used, windows)
 
     def _window(
-        self, root: np.ndarray, rotations: np.ndarray, draws: int, random: torch.Generator
+        self, root: np.ndarray, rotations: np.ndarray, first: int, draws: int, random: torch.Generator
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the first of ``draws`` windows that stays where it may be and out of furniture, or nearly: root
-        (65, 3), rotations, its number."""
-        floor = float(self.ground.floor(root[1:] - [0.0, self.ground.standing, 0.0])[0])
+        """Return the window that can be followed for the longest time, cut there: root (T, 3), rotations, and how many
+        of ``draws`` were looked at.
+
+        first: the given frame's number in the take. The draws are looked at in the order of how much they are like
+        captured motion, see liveliness.py, until one stays out of furniture to its end.
+        """
+        ground = self.judge.ground
+        floor = float(ground.floor(root[1:] - [0.0, ground.standing, 0.0])[0])
         start = self.frame.start(root, rotations, floor, self.rest, draws)
         scene = self._scene(root[1]).expand(draws, -1)
-        roots, quats, joints = self.frame.to_scene(self.networks.draw(scene, start, random))
-        wrong = np.array([self.ground.wrong(way[1:], floor) for way in roots])
-        good = np.flatnonzero(wrong <= TOLERATED)
-        if not len(good):
-            raise SampError(
-                f"None of {draws} draws stays on free floor; try another seed, or move the character or the camera."
-            )
-        best, least = good[0], np.inf
-        for number in good:
-            depth = round(self.ground.pressed(joints[number][1::EVERY][:, OFF_FLOOR]), 3)
-            if depth < least:
-                best, least = number, depth
-            if depth <= PRESSED:
+        motions = self.networks.draw(scene, start, random)
+        roots, quats = self.frame.to_scene(motions)
+        speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
+        far = liveliness.wanted(speed, float(torch.rand(1, generator=random)))
+        unlike = liveliness.unlike(motions.joints[:, :, FEET].double().numpy(), roots, far)
+        best, least, looked = None, (np.inf, np.inf), 0
+        for number in np.argsort(unlike):
+            way, turned = continued(roots[number], quats[number], root, rotations)
+            verdict = self.judge.of(way, turned, floor, first)
+            looked += 1
+            rank = (-verdict.frames, round(verdict.depth, 3))
+            if rank < least:
+                best, least = (way, turned), rank
+            if verdict.frames == WINDOW and verdict.depth <= PRESSED:
                 break
-        return *continued(roots[best], quats[best], root, rotations), int(best) + 1
+        kept = -least[0]
+        end = kept + 1 if kept == WINDOW else max(kept - MARGIN, 0) + 1
+        return best[0][:end], best[1][:end], looked
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""

@@ -23,6 +23,7 @@ from . import finishing, placing
 from .frame import ViewFrame, rest_joints
 from .ground import Ground
 from .improvisation import Improvised, Improviser, frames_of
+from .judging import Judge
 
 HEIGHT_CELL, HEIGHT_REACH, HEIGHT_SAMPLES = 0.05, 8.0, 400_000
 """Of the height map around a start: metres, metres in each direction, samples of the surface."""
@@ -37,6 +38,7 @@ class Maker:
         self.networks, self.scene, self.mesh = networks, scene, mesh
         self.rest = rest_joints()
         self.ground = Ground(mesh, self._solid, -human.load().floor)
+        self.judge = Judge(self.ground, tuple(scene.others))
         if scene.camera is None and networks.settings.view != "height":
             raise SampError("There is no picture for Improvise; add a camera that sees the room.")
 
@@ -53,7 +55,7 @@ class Maker:
             (root, rotations), frame = self._begin(draw.seed, random)
         frames = frames_of(float(settings.get("seconds") or 4.0))
         heights = self._heights if self.networks.settings.view == "height" else None
-        improviser = Improviser(self.networks, frame, self.ground, self.rest, heights)
+        improviser = Improviser(self.networks, frame, self.judge, self.rest, heights)
         with clock.stage("network"):
             made = improviser.improvise(
                 root, rotations, frames, int(settings.get("draws") or 8), draw.noise,
@@ -77,7 +79,7 @@ class Maker:
                 placing.require_in_view(view, place)
         else:
             if self.scene.start is None:
-                place, yaw = placing.free_place(self.mesh, view, random)
+                place, yaw = placing.free_place(self.mesh, view, random, self.judge.meets)
             else:
                 place, yaw = self.scene.start
                 place = placing.on_floor(self.mesh, place)

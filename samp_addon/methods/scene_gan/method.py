@@ -35,7 +35,7 @@ class SceneGanMethod:
     label = "Improvise"
     description = "Do something that fits what a camera sees, without a target"
     actions: tuple[str, ...] = ()
-    needs = frozenset({"geometry", "start", "camera"})
+    needs = frozenset({"geometry", "start", "camera", "others"})
     options = (
         Option("camera", "name of the camera that sees the room; left out, the scene's active one", kind=str,
                metavar=("NAME",)),
@@ -79,7 +79,7 @@ class SceneGanMethod:
         progress("Finding the floor", 0.0)
         with clock.stage("navmesh"):
             try:
-                maker = Maker(networks, scene, _navmesh(scene))
+                maker = Maker(networks, scene, walkable(scene))
             except PathError as error:
                 raise SampError(str(error)) from error
         takes, failures = [], []
@@ -105,7 +105,7 @@ class SceneGanMethod:
         return trained(name=PICTURE if picture and installed() else HEIGHT)
 
 
-def _navmesh(scene: SceneView) -> NavMesh:
+def walkable(scene: SceneView) -> NavMesh:
     """Return the walkable ground around the character, or around what the camera sees."""
     from dataclasses import replace
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ....models.scene_gan import kinematics
@@ -44,11 +46,15 @@ def require_in_view(view: CameraView, place: np.ndarray) -> None:
 
 
 def free_place(
-    mesh: NavMesh, view: CameraView | None, random: np.random.Generator
-) -> tuple[np.ndarray, float]:
-    """Return a random place on free floor in view, and a yaw. Raise SampError where there is none."""
+    mesh: NavMesh, view: CameraView | None, random: np.random.Generator,
+    taken: Callable[[np.ndarray], np.ndarray] = lambda places: np.zeros(len(places), bool),
+) -> tuple[np.ndarray, float]:  # fmt: skip
+    """Return a random place on free floor in view, and a yaw. Raise SampError where there is none.
+
+    taken: tells at which places (N, 3) somebody else is.
+    """
     numbers, points = mesh.walkable, mesh.points
-    fine = ~mesh.ground.rough[numbers]
+    fine = ~mesh.ground.rough[numbers] & ~taken(points)
     if view is not None:
         away = np.linalg.norm(points - view.eye, axis=-1)
         fine &= (away > NEAREST) & (away < FARTHEST) & in_view(view, points)

@@ -17,7 +17,7 @@ from ...methods.take import Take
 from ...progress import Progress, SubProgress
 from ..driver import Store, Toolbox
 from ..refine_takes import refine_take
-from . import gazes, idling, pausing, seating, together
+from . import gazes, idling, pausing, seating, seeing, together
 from .cast_take import OVERLAP, CastTake, overlaps, track
 from .role import CastWork, Role
 from .seating import STANDING, Seated
@@ -107,17 +107,33 @@ class _Direction:
             taken = [(other.pelvis, STANDING) for other in self.work.others]
             taken += (blocked or {}).get(k, ())
             rows[k] = seating.around_others(seated, others, taken).steps
-        made, reasons = together.generate(rows, self.seeds, self.tools.methods, progress)
+        alone = seeing.seeing(rows, self.tools.methods)
+        batch = {k: row for k, row in rows.items() if k not in alone}
+        reasons = self._make(batch, members, progress)
+        for k in alone:
+            reasons |= self._make({k: self._among(rows[k], k)}, members, progress)
         again = {k: members[k].steps for k in reasons}
         if again:
-            more, reasons = together.generate(again, self.seeds, self.tools.methods, progress)
-            made |= more
-        for k, take in made.items():
-            self.takes[k] = take if members[k].pause is None else pausing.merged(take)
-            self.tracks[k] = track(take.motion, self.work.roles[k].body, RATE)
+            reasons = self._make(again, members, progress)
         for k, reason in reasons.items():
             if k not in self.takes:
                 self._fail(k, reason)
+
+    def _make(
+        self, rows: Mapping[int, together.Row], members: Mapping[int, Seated], progress: Progress
+    ) -> dict[int, str]:
+        """Generate and keep the takes of these steps; return why members have none."""
+        made, reasons = together.generate(rows, self.seeds, self.tools.methods, progress)
+        for k, take in made.items():
+            self.takes[k] = take if members[k].pause is None else pausing.merged(take)
+            self.tracks[k] = track(take.motion, self.work.roles[k].body, RATE)
+        return reasons
+
+    def _among(self, row: together.Row, number: int) -> together.Row:
+        """Return the steps of a member that know all other bodies so far."""
+        begin = self._earliest(number)
+        members = [(self.tracks[k], self._earliest(k) - begin) for k in self.takes if k != number]
+        return seeing.among(row, members + [(other.track, -begin) for other in self.work.others])
 
     def _scheduled(self) -> Schedule:
         """Return when the members set off; generate those again that meet others whenever they do."""

@@ -6,8 +6,12 @@ import scene_gan_data as tiny
 import torch
 from samp_blender.models.scene_gan import kinematics
 from samp_blender.models.scene_gan.projection import Motions
+from samp_blender.samp_addon.body import human
+from samp_blender.samp_addon.methods.scene_gan import liveliness
+from samp_blender.samp_addon.motion import Motion
+from samp_blender.samp_addon.scene.camera_view import CameraView
 from samp_blender.training.scene_gan.data import dataset
-from samp_blender.training.scene_gan.tables import erd, make, measures
+from samp_blender.training.scene_gan.tables import erd, finished_numbers, make, measures, ways
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +83,32 @@ def test_a_table(tmp_path):
     assert row["behaviour"]["walks"] == 1 and set(row["non_collision"]) == {"30 mm", "45 mm", "60 mm"}
     assert all(low <= rate <= high for rate, low, high in row["non_collision"].values())
     assert make.text({"captured": row}).count("\n") == 2
+
+
+def test_points_of_the_floor_are_counted_apart():
+    """A camera looks down on a body that stands on the floor: only its feet are in it."""
+    turn = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
+    extrinsics = np.eye(4)
+    extrinsics[:3, :3], extrinsics[:3, 3] = turn, -turn @ [0.0, 3.0, 0.0]
+    depth = np.full((72, 128), 3.0)
+    view = CameraView(
+        "Above", np.zeros((72, 128, 3), np.uint8), depth, np.array([0.7, 0.5, 9 / 32]), extrinsics
+    )
+    pose = np.tile([1.0, 0, 0, 0], (2, 22, 1))
+    standing = Motion(np.tile([0.0, -human.load().floor, 0.0], (2, 1)), pose)
+    found = finished_numbers.points_inside(standing, view, 0.0)
+    assert min(found["60 mm"]) > 0 and max(found["60 mm off the floor"]) == 0
+    lowered = Motion(standing.root - [0.0, 0.5, 0.0], pose)
+    assert min(finished_numbers.points_inside(lowered, view, -1.0)["60 mm off the floor"]) > 0
+
+
+def test_ways_by_speed():
+    """Bodies that stand go nowhere, those that walk go on."""
+    frames = np.arange(66)[:, None] * np.array([0.0, 0.0, 1.0])
+    root = np.stack([0.0 * frames, 0.02 * frames]) + [0.0, 0.95, 0.0]
+    found = ways.quantiles(
+        np.concatenate([root] * 2 + [root * 0.5 + [0.0, 0.475, 0.0], root * 0.1 + [0, 0.855, 0]])
+    )
+    assert found.shape == (len(liveliness.SPEEDS) + 1, len(liveliness.SHARES))
+    np.testing.assert_allclose(found[0], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found[-1], 64 * 0.02, atol=1e-6)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -44,6 +45,9 @@ def parser() -> argparse.ArgumentParser:
         help="folders of trainings to begin with, e.g. of each part",
     )
     made.add_argument("--seconds", type=float, required=True, help="duration of the program")
+    made.add_argument(
+        "--steps", type=int, help="end after so many steps of the generators in all, if not before"
+    )
     made.add_argument("--part", choices=options.PARTS)
     made.add_argument("--view", choices=networks.VIEWS, help="view of the scene that the networks see")
     for name in ("batch", "critic-steps", "width", "noise", "pose-noise", "encoder-width", "seed"):
@@ -150,8 +154,9 @@ def main(arguments: list[str] | None = None) -> int:
         made.capture()
     print(f"{len(data)} pairs on {chosen.device}, ready after {time.time() - began:.0f} s", flush=True)
     end = began + chosen.seconds - SAVING[torch.device(chosen.device).type]
+    last = math.inf if chosen.steps is None else chosen.steps
     reported = saved = time.time()
-    while time.time() < end:
+    while time.time() < end and made.step_number < last:
         made.step()
         if time.time() - reported > chosen.report:
             reported = time.time()

@@ -3,8 +3,9 @@
 python -m samp_blender.training.scene_gan.tables.finished --corpus cache/rooms --weights RUN --output finished.json
     --rooms 60 --cameras 5 --seeds 4 --seconds 10
 
-The character is placed in view of a random camera. Prints the share of takes generated within 8 draws a window, draws,
-time, stance slide, jerk at the joins and overall, and APD of the takes of a camera. An interrupted run is resumed.
+The character is placed in view of a random camera. Prints the shares of takes that were made and that stay on the
+navmesh, time, stance slide, jerk at the joins and overall, frames in furniture, non-collision before the depth map, and
+the APD of the takes of a camera and of captured motion there. An interrupted run is resumed.
 """
 
 from __future__ import annotations
@@ -15,24 +16,29 @@ import time
 from pathlib import Path
 
 import numpy as np
+import torch
 
 from ....models.scene_gan import networks
+from ....samp_addon.body import human
 from ....samp_addon.errors import SampError
-from ....samp_addon.evaluation import diversity, feet, metrics
+from ....samp_addon.evaluation import diversity
+from ....samp_addon.evaluation.obstacles import Obstacles
 from ....samp_addon.methods.method import Draw
-from ....samp_addon.methods.scene_gan.improvisation import OVERLAP
-from ....samp_addon.methods.scene_gan.method import SceneGanMethod
+from ....samp_addon.methods.scene_gan import placing
+from ....samp_addon.methods.scene_gan.ground import Ground
+from ....samp_addon.methods.scene_gan.improvisation import frames_of
+from ....samp_addon.methods.scene_gan.method import SceneGanMethod, walkable
 from ....samp_addon.methods.scene_view import SceneView
 from ....samp_addon.methods.step import Step
-from ....samp_addon.methods.take import Take
-from ....samp_addon.motion import Motion
 from ....samp_addon.scene.camera_view import CameraView
 from ....samp_addon.scene.geometry import SceneGeometry
 from ...rooms.corpus import store
 from ...rooms.make import split_of
 from ..data import room_pictures, room_windows
+from . import make
+from .finished_numbers import of_take
 
-STRIDE = 64 - OVERLAP  # frames between two joins
+BETWEEN = 60  # frames between the starts of two captured motions
 
 
 def views(data: store.RoomData, count: int, rng: np.random.Generator) -> list[CameraView]:
@@ -47,31 +53,29 @@ def views(data: store.RoomData, count: int, rng: np.random.Generator) -> list[Ca
     ]  # fmt: skip
 
 
-def jerk_at_joins(motion: Motion) -> float:
-    """Return the 99th percentile of the joints' jerk in the frames around the joins of windows, m/s^3."""
-    joins = np.arange(64 - OVERLAP, len(motion) - 4, STRIDE)
-    rows = np.unique((joins[:, None] + np.arange(-2, OVERLAP + 3)).ravel())
-    joints = motion.forward_kinematics()[0][:, :22]
-    found = np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1) * motion.fps**3
-    rows = rows[rows < len(found)]
-    return float(np.percentile(found[rows], 99)) if len(rows) else 0.0
-
-
-def numbers(take: Take) -> dict[str, float | None]:
-    """Return the measures of one take."""
-    found = feet.measures(take.motion, take.floor)
-    return {
-        "jerk_m_s3": metrics.jerk(take.motion), "jerk_at_joins_m_s3": jerk_at_joins(take.motion),
-        "way_m": float(np.linalg.norm((take.motion.root[-1] - take.motion.root[0])[[0, 2]])),
-        "remarks": len(take.remarks), **found,
-    }  # fmt: skip
+def captured_apd(
+    data: store.RoomData, view: CameraView, options: argparse.Namespace, rng: np.random.Generator
+) -> float:
+    """Return the APD of as many captured motions, as long as a take, that begin in view of a camera."""
+    frames = frames_of(options.seconds)
+    starts = [
+        (episode, frame)
+        for episode, length in enumerate(np.diff(np.array(data.bounds)))
+        for frame in range(0, int(length) - frames + 1, BETWEEN)
+        if placing.in_view(view, data.motion(episode, frame, 1).root * [1.0, 0.0, 1.0])[0]
+    ]
+    chosen = [starts[k] for k in rng.permutation(len(starts))[: options.seeds]]
+    return diversity.diversity_in_time([data.motion(*start, frames) for start in chosen])
 
 
 def of_room(method: SceneGanMethod, data: store.RoomData, options: argparse.Namespace) -> list[dict]:
     """Return a row for each camera of a room."""
     rng = np.random.default_rng([options.seed, int(data.folder.name)])
     triangles = data.room.triangles
-    geometry = SceneGeometry(triangles, np.zeros(len(triangles), np.int32), ("Room",))
+    geometry, obstacles = (
+        SceneGeometry(triangles, np.zeros(len(triangles), np.int32), ("Room",)),
+        Obstacles(triangles),
+    )
     step = Step(action="", method="scene_gan", settings={"seconds": options.seconds})
     rows = []
     for view in views(data, options.cameras, rng):
@@ -83,30 +87,40 @@ def of_room(method: SceneGanMethod, data: store.RoomData, options: argparse.Name
             reasons = [failure.message for failure in failures]
         except SampError as error:
             takes, reasons = [], [str(error)] * options.seeds
+        cpu = (time.process_time() - began) / options.seeds
+        ground = Ground(walkable(scene), triangles, -human.load().floor) if takes else None
         rows.append({
             "camera": view.name, "asked": options.seeds, "made": len(takes), "reasons": reasons,
-            "cpu_seconds_a_take": (time.process_time() - began) / options.seeds,
+            "cpu_seconds_a_take": cpu,
             "apd": diversity.diversity_in_time([take.motion for take in takes]),
-            "takes": [numbers(take) for take in takes],
+            "apd_captured": captured_apd(data, view, options, rng),
+            "takes": [of_take(take, view, ground, obstacles) for take in takes],
         })  # fmt: skip
     return rows
 
 
-def summary(rows: list[dict]) -> dict[str, float]:
-    """Return the means over all takes and cameras."""
-    takes = [take for row in rows for take in row["takes"]]
-    mean = (
-        lambda name: float(np.mean([t[name] for t in takes if t[name] is not None]))
-        if takes
-        else float("nan")
-    )
-    names = [name for name in (takes[0] if takes else {}) if name != "remarks"]
+def summary(done: dict[str, list[dict]]) -> dict[str, object]:
+    """Return the means over all takes and cameras of rooms, and non-collision with its interval over rooms."""
+    rows = [row for found in done.values() for row in found]
+    takes = [(room, take) for room, found in done.items() for row in found for take in row["takes"]]
+    names = [name for name, value in (takes[0][1] if takes else {}).items() if not isinstance(value, dict)]
+    of_takes = {name: [take[name] for _, take in takes if take[name] is not None] for name in names}
+    means = {name: [row[name] for row in rows] for name in ("cpu_seconds_a_take", "apd", "apd_captured")}
     return {
-        "made": sum(row["made"] for row in rows) / max(sum(row["asked"] for row in rows), 1),
-        "cpu_seconds_a_take": float(np.mean([row["cpu_seconds_a_take"] for row in rows])),
-        "apd": float(np.mean([row["apd"] for row in rows])),
-        **{name: mean(name) for name in names},
-    }
+        "takes": len(takes), "made": len(takes) / max(sum(row["asked"] for row in rows), 1),
+        **{name: float(np.mean(values)) for name, values in (means | of_takes).items() if values},
+        "non_collision": free(takes),
+    }  # fmt: skip
+
+
+def free(takes: list[tuple[str, dict]]) -> dict[str, list[float]]:
+    """Return the non-collision rate of takes of rooms, by radius, with its interval over rooms."""
+    found = {}
+    for radius in takes[0][1]["points_inside"] if takes else ():
+        counts = [take["points_inside"][radius] for _, take in takes]
+        rooms = np.repeat([room for room, _ in takes], [len(each) for each in counts])
+        found[radius] = make.interval(torch.tensor(np.concatenate(counts)), rooms, seed=0)
+    return found
 
 
 def main() -> None:
@@ -130,8 +144,8 @@ def main() -> None:
         if folder.name not in done:
             done[folder.name] = of_room(method, store.RoomData(folder), options)
             store.write_json(options.output, done)
-            print(folder.name, summary(done[folder.name]), flush=True)
-    print(json.dumps(summary([row for rows in done.values() for row in rows]), indent=1))
+            print(folder.name, summary({folder.name: done[folder.name]}), flush=True)
+    print(json.dumps(summary(done), indent=1))
 
 
 if __name__ == "__main__":

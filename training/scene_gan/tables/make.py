@@ -113,6 +113,9 @@ def main() -> None:
     parser.add_argument("--erd", type=Path, required=True)
     parser.add_argument("--run", action="append", required=True, metavar="NAME=FOLDER")
     parser.add_argument("--frames", type=int, default=10_000)
+    parser.add_argument(
+        "--real", type=int, help="captured windows that are compared with (default: half of them)"
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, required=True)
     options = parser.parse_args()
@@ -120,7 +123,7 @@ def main() -> None:
     data, judged = dataset.load(options.data), erd.load(options.erd)
     random = np.random.default_rng(options.seed)
     order = random.permutation(len(data))
-    half = order[: len(order) // 2]
+    half = order[: len(order) // 2][: options.real]
     rows = random.choice(order[len(order) // 2 :], options.frames)
     real = torch.cat([
         erd.frames(data.batch(torch.as_tensor(half[at : at + BATCH])).motions) for at in range(0, len(half), BATCH)
