@@ -45,6 +45,7 @@ OPERATORS = (
     "blend_take",
     "take_to_strip",
     "mark_take",
+    "save_asset",
     "redo_from_here",
     "follow_goal",
     "bake",
