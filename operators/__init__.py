@@ -58,6 +58,8 @@ OPERATORS = (
     "export_take",
     "carry_to_rig",
     "guess_rig_map",
+    "add_control_rig",
+    "remove_control_rig",
     "send_to_farm",
     "copy_install_commands",
     "add_preset",

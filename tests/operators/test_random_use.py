@@ -26,9 +26,10 @@ SUB_GOALS = (
 # Edits of finished takes, and what they need: something to follow, another Action, several characters.
 EDITS = (
     "follow_goal", "follow_goal", "redo_from_here", "retime_take", "loop_take", "reduce_keys", "blend_take",
-    "take_to_strip", "push_down_take", "mark_take", "look_at", "hand_target", "refine", "place", "draw_path",
-    "improvise", "bake_cast", "edit_cast", "edit_chain", "bake_chain", "star_take", "show_take", "step_take",
-    "delete_take", "add_waypoint", "sample_goals", "set_start", "walk_here", "sit_here", "clear_overlays",
+    "take_to_strip", "push_down_take", "mark_take", "save_asset", "look_at", "hand_target", "refine", "place",
+    "draw_path", "improvise", "bake_cast", "edit_cast", "edit_chain", "bake_chain", "star_take", "show_take",
+    "step_take", "delete_take", "add_waypoint", "sample_goals", "set_start", "walk_here", "sit_here",
+    "clear_overlays", "add_control_rig", "add_control_rig", "remove_control_rig",
 )  # fmt: skip
 BEGINNINGS = (
     (("sample_goals", {"target": "Sofa", "count": 1}), ("sit_here", {"target": "Sofa", "hold": 1.0})),

@@ -25,6 +25,7 @@ DRAGGED = ("Goal sit Sofa", "Goal lie Bed", "Way-point 1", "Way-point 2")
 MAY_CHANGE = (
     r"objects/Human\.(mode|animation_data|pose\.bones)",
     r"objects/Human\[custom\]",
+    r"objects/Human mesh(\[custom\]|\.modifiers)",  # a control rig deforms the mesh in place of the character
     r"actions/.*use_fake_user",
     r".*\.shown/|.*\.active|context\.",
     r"scenes/.*(layer_collection|\.cursor|\.samp\.)",
@@ -123,6 +124,7 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
         "retime_take": {name: rng.choice((0.7, 1.0, 1.4)) for name in ("walk", "settle", "hold")},
         "loop_take": {"in_place": rng.random() < 0.5},
         "reduce_keys": {"distance": rng.choice((0.001, 0.01)), "angle": rng.choice((0.1, 1.0))},
+        "save_asset": {"directory": str(files), "what": rng.choice(("TAKE", "CHARACTER"))},
         "mark_take": {"phases": rng.random() < 0.7, "steps": rng.random() < 0.5},
         "edit_cast": {"change": rng.choice(("ADD", "ADD", "REMOVE"))},
         "step_take": {"direction": rng.choice(("NEXT", "PREVIOUS"))},
