@@ -111,6 +111,7 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
         "hand_target": {
             "target": rng.choice(("Sofa", "Bed", "Human", "Nothing", "")),
             "hand": rng.choice(("left", "right")),
+            "grasp": rng.random() < 0.3,
         },
         "blend_take": {"other": rng.choice(("Mine", "sit Sofa 0", "Nothing")), "frames": rng.choice((1, 8))},
         "redo_from_here": {"use_frame": True, "frame": rng.randrange(1, 60)},
