@@ -8,7 +8,7 @@ import bpy
 import fakes
 import numpy as np
 import pytest
-import rooms
+import sofa_room
 from samp_blender.operators.place import SAMP_OT_place
 from samp_blender.samp_addon.blender.placing import drawn_line
 from samp_blender.samp_addon.blender.sub_goals import clicking
@@ -20,11 +20,7 @@ pytestmark = pytest.mark.usefixtures("registered")
 @pytest.fixture
 def owner(monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    made = rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
-    bpy.context.view_layer.update()
-    bpy.ops.samp.create_character(location=tuple(made[:3]), yaw=1.0)
-    return bpy.data.objects["Human"]
+    return sofa_room.build()
 
 
 @pytest.mark.parametrize(("mark", "strip"), [(False, False), (True, False), (False, True), (True, True)])

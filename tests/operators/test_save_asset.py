@@ -7,7 +7,7 @@ import fakes
 import fingerprint
 import numpy as np
 import pytest
-import rooms
+import sofa_room
 from samp_blender.operators import save_asset
 from samp_blender.samp_addon.blender.actions import notes
 from samp_blender.samp_addon.blender.assets import catalogues, saving
@@ -19,12 +19,9 @@ pytestmark = pytest.mark.usefixtures("registered")
 @pytest.fixture
 def owner(monkeypatch):
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    made = rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
-    bpy.context.view_layer.update()
-    bpy.ops.samp.create_character(location=tuple(made[:3]), yaw=1.0)
+    made = sofa_room.build()
     assert bpy.ops.samp.sit_here(target="Sofa", seed=3, hold=1.0) == {"FINISHED"}
-    return bpy.data.objects["Human"]
+    return made
 
 
 def appended(path, kind):
@@ -121,3 +118,10 @@ def test_a_character_of_several_meshes_is_a_collection(owner, tmp_path):
     (made,) = appended(path, "collections")
     assert sorted(obj.name for obj in made.objects if obj.type == "MESH")[0] == "Hat"
     assert {obj.parent for obj in made.objects} == {None, bpy.data.objects["Human"]}
+
+
+def test_a_character_is_not_saved_with_its_control_rig(owner, tmp_path):
+    bpy.ops.samp.add_control_rig()
+    with pytest.raises(RuntimeError, match="has a control rig; remove it"):
+        bpy.ops.samp.save_asset(what="CHARACTER", directory=str(tmp_path))
+    assert list(tmp_path.iterdir()) == []

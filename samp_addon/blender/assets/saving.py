@@ -14,6 +14,7 @@ from ...body.figures import figure
 from ...errors import SampError
 from ..actions import keyframes, notes
 from ..character import armature, character, materials, start
+from ..controls import rig
 from ..edits import origin
 from ..scene.candidates import OVERLAY_KEY
 from . import catalogues, thumbnail
@@ -60,6 +61,8 @@ def save_character(owner: bpy.types.Object, folder: Path) -> Path:
     meshes. The file that is open stays as it is. Raise SampError as `save_take`.
     """
     armature.check(owner)
+    if rig.find(owner) is not None:
+        raise SampError(f"'{owner.name}' has a control rig; remove it before the character is saved.")
     picture = thumbnail.of_body(character.body_of(owner), figure("stand"), 0, _colours(owner))
     name = owner.name
     parts = [owner, *(obj for obj in owner.children_recursive if OVERLAY_KEY not in obj)]
