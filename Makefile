@@ -60,6 +60,7 @@ bench: venv
 	$(PY) -m $(MODULE).benchmarks.click
 	$(PY) -m $(MODULE).benchmarks.large
 	$(PY) -m $(MODULE).benchmarks.place
+	$(PY) -m $(MODULE).benchmarks.follow
 	$(PY) -m $(MODULE).benchmarks.refine
 
 # Compute the papers' measures on held-out furniture.

@@ -33,9 +33,10 @@ class SAMP_OT_draw_path(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if self.curve or bpy.app.background:
             return self.execute(context)
-        from ..samp_addon.blender.placing import figure
+        from ..samp_addon.blender.placing import drawn_line, figure
 
         self._figure = figure.PlaceFigure()
+        self._line = drawn_line.DrawnLine(self._figure)
         context.window.cursor_modal_set("PAINT_BRUSH")
         context.workspace.status_text_set(HINT)
         context.window_manager.modal_handler_add(self)
@@ -45,21 +46,11 @@ class SAMP_OT_draw_path(bpy.types.Operator):
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
             self.cancel(context)
             return {"CANCELLED"}
-        if event.type == "LEFTMOUSE" and event.value == "PRESS":
-            self._line = []
-            self._go_on(context, event)
-            return {"RUNNING_MODAL"}
-        if self._line is None:
-            return {"PASS_THROUGH"}
-        if event.type == "MOUSEMOVE":
-            self._go_on(context, event)
-        elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
-            if len(self._line) < 2:
-                self._line = None
-                return {"RUNNING_MODAL"}
+        begun = self._line.begun
+        if self._line.event(context, event):
             self.cancel(context)
             return self.execute(context)
-        return {"RUNNING_MODAL"}
+        return {"RUNNING_MODAL"} if begun or self._line.begun else {"PASS_THROUGH"}
 
     def cancel(self, context: bpy.types.Context) -> None:
         self._figure.remove()
@@ -74,24 +65,12 @@ class SAMP_OT_draw_path(bpy.types.Operator):
         from ..samp_addon.blender.placing import strokes
         from ..samp_addon.errors import SampError
 
-        line = self._line
-        if not line:
+        if self._line is not None:
+            made = self._line.add(context)
+        else:
             active = context.view_layer.objects.active
             name = self.curve or (active.name if active is not None and active.type == "CURVE" else "")
             if not name:
                 raise SampError("There is no line; name a curve, or make one active.")
-            line = strokes.of_curve(context, name)
-        made = strokes.add(context, line)
+            made = strokes.add(context, strokes.of_curve(context, name))
         return f"Added {len(made)} way-points."
-
-    def _go_on(self, context: bpy.types.Context, event: bpy.types.Event) -> None:
-        """Add the point of the floor under the mouse to the line."""
-        import numpy as np
-
-        from ..samp_addon.blender.sub_goals import clicking
-
-        point = clicking.surface_under(context, event.mouse_x, event.mouse_y)
-        if point is not None:
-            self._line.append(point)
-            self._figure.stroke(np.array(self._line) + [0.0, 0.0, 0.02])
-            self._figure.redraw(context)

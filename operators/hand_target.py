@@ -55,6 +55,12 @@ class SAMP_OT_hand_target(bpy.types.Operator):
         subtype="TIME_ABSOLUTE",
     )
 
+    grasp: BoolProperty(
+        name="Grasp",
+        description="Bend the fingers around the target until they touch it",
+        options={"SKIP_SAVE"},
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return outcome.has_action(cls, context)
@@ -71,5 +77,5 @@ class SAMP_OT_hand_target(bpy.types.Operator):
         limits = (self.frame_start, self.frame_end) if self.use_range else (None, None)
         vertex = None if self.vertex < 0 else self.vertex
         return hand_targets.bake(
-            context, target, self.hand, owner.name, *limits, self.ease, vertex
+            context, target, self.hand, owner.name, *limits, self.ease, vertex, fingers=self.grasp
         ).sentence()

@@ -61,6 +61,7 @@ class JobOperator(ThreadOperator):
 
     def finished(self, result: Result | CastResult) -> str:
         from ..samp_addon.blender.cast import baking as cast_baking
+        from ..samp_addon.blender.edits import after_baking
         from ..samp_addon.blender.takes import baking
 
         scene = bpy.context.scene
@@ -73,6 +74,7 @@ class JobOperator(ThreadOperator):
             settings.character = settings.character or result.owner
         if settings.fit_range and self.fits_range():
             scene.frame_end = max(variant["frame_end"] for variant in result.variants)
+        after_baking.apply(bpy.context, result.takes, settings.mark_takes, settings.as_strip)
         return cast_baking.sentence(result) if several else baking.sentence(result)
 
 

@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 DRAGGED = 8
 """Pixels that the mouse moves with its button down until it turns the body."""
 
-HINT = "Click: bake   Shift Click: add a step   Drag: turn   Wheel: another way   Esc: stop"
+PATH_KEY = "D"
+HINT = (
+    "Click: bake   Shift Click: add a step   Drag: turn   Wheel: another way   D: draw the path   Esc: stop"
+)
+PATH_HINT = "Drag on the floor to draw the path   Esc: leave it"
 WORDS = {"sit": "Sit", "lie": "Lie", "walk": "Walk"}
 
 
@@ -58,6 +62,8 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
     _pressed = None
     _turned = None
     _added = 0
+    _line = None
+    _path = ()
 
     def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.ui import job_from_settings
@@ -85,11 +91,20 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
             if came == {"CANCELLED"}:
                 self._forget(context)
             return came
+        if self._line is not None:
+            return self._draw_path(context, event)
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
             self.cancel(context)
             return {"CANCELLED"}
         if self._pressed is None and _over_panels(context, event):
             return {"PASS_THROUGH"}
+        return self._aimed(context, event)
+
+    def _aimed(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Handle an event over the scene: a click, the wheel, the mouse's move, the key of the path."""
+        if event.type == PATH_KEY and event.value == "PRESS" and self._pressed is None:
+            self._begin_path(context)
+            return {"RUNNING_MODAL"}
         if event.type == "LEFTMOUSE":
             return self._click(context, event)
         wheel = {"WHEELUPMOUSE": -1, "WHEELDOWNMOUSE": 1}.get(event.type)
@@ -108,8 +123,35 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
             super().cancel(context)
         self._forget(context)
 
+    def _begin_path(self, context: bpy.types.Context) -> None:
+        """Let the mouse draw the path of the take, until the button is released."""
+        from ..samp_addon.blender.placing import drawn_line
+
+        self._light_up(context, None)
+        self._line = drawn_line.DrawnLine(self._figure)
+        context.workspace.status_text_set(PATH_HINT)
+
+    def _draw_path(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Follow the line; once it is complete or left, aim again."""
+        left = event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS"
+        complete = not left and self._line.event(context, event)
+        if complete:
+            made = self._line.add(context)
+            self._path += tuple(point.name for point in made)
+            self.report({"INFO"}, f"Added {len(made)} way-points.")
+        if complete or left:
+            self._line = None
+            self._figure.stroke(None)
+            context.workspace.status_text_set(HINT)
+            self._figure.redraw(context)
+        return {"RUNNING_MODAL"} if event.type in {"LEFTMOUSE", "ESC", "RIGHTMOUSE"} else {"PASS_THROUGH"}
+
     def _forget(self, context: bpy.types.Context) -> None:
-        """Remove the steps that were added since the tool was started."""
+        """Remove the steps and way-points that were added since the tool was started."""
+        from ..samp_addon.blender.placing import drawn_line
+
+        drawn_line.take_back(list(self._path))
+        self._path = ()
         steps = context.scene.samp.steps
         for _ in range(self._added):
             steps.remove(len(steps) - 1)
@@ -148,7 +190,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         self._placer = reading.read(context, owner, job_from_settings.postures_at(context))
         threading.Thread(target=self._placer.survey, daemon=True).start()
         self._figure = figure.PlaceFigure(None if owner is None else performers.body_of(owner))
-        self._aiming, self._added = True, 0
+        self._aiming, self._added, self._path = True, 0, ()
         context.window.cursor_modal_set("CROSSHAIR")
         context.workspace.status_text_set(HINT)
         context.window_manager.modal_handler_add(self)

@@ -18,6 +18,7 @@ import numpy as np
 from .. import rotation, skeleton
 from ..errors import SampError
 from ..motion import Motion
+from . import brows
 from .hands import complete, relaxed_hands
 
 if TYPE_CHECKING:
@@ -129,15 +130,19 @@ def _read() -> Human:
                 data["shape_names"], data["shape_vertices"], data["shape_joints"], strict=True
             )
         }
+        joints = joints - joints[0]
+        vertices, faces = data["vertices"] * unit, data["faces"].astype(np.int64)
+        materials = data["materials"].astype(np.int64)
+        materials[brows.of(vertices, faces, joints)] = MATERIALS.index("hair")
         return Human(
-            vertices=_frozen(data["vertices"] * unit),
-            faces=_frozen(data["faces"].astype(np.int64)),
-            joints=_frozen(joints - joints[0]),
+            vertices=_frozen(vertices),
+            faces=_frozen(faces),
+            joints=_frozen(joints),
             weight_joints=_frozen(data["weight_joints"].astype(np.int64)),
             weights=_frozen(weights / weights.sum(1, keepdims=True)),
             shapes=shapes,
             collision=_frozen(data["collision"].astype(np.int64)),
-            materials=_frozen(data["materials"].astype(np.int64)),
+            materials=_frozen(materials),
         )
 
 

@@ -11,7 +11,7 @@ ENTRIES = (
     ("sample_goals", "plan_path", "build_navmesh", "add_waypoint", "draw_path", "set_start"),
     ("add_sub_goal", "sample_bodies", "pin_body", "use_current_pose", "remove_sub_goal", "clear_sub_goals"),
     ("refine", "look_at", "hand_target", "redo_from_here", "follow_goal", "set_cushion", "measure"),
-    ("create_character", "bake", "export_take", "carry_to_rig"),
+    ("create_character", "bake", "export_take", "carry_to_rig", "add_control_rig", "remove_control_rig"),
 )
 METHODS = {"improvise": "scene_gan"} | dict.fromkeys(ENTRIES[2], "long_term")
 """Operators that are there only with the method of this name."""

@@ -99,8 +99,8 @@ class SAMP_PT_options(InPanel, bpy.types.Panel):
         for name in ("variants", "seed", "style", "hold", "speed"):
             column.prop(settings, name)
         column = layout.column(align=True)
-        column.prop(settings, "refine")
-        column.prop(settings, "fit_range")
+        for name in ("refine", "fit_range", "mark_takes", "as_strip"):
+            column.prop(settings, name)
 
 
 class SAMP_PT_places(InPanel, bpy.types.Panel):

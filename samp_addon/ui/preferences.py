@@ -1,4 +1,4 @@
-"""The add-on's preferences: the Python packages it needs, how to install missing ones, and the render farm."""
+"""The add-on's preferences: Python packages and how to install missing ones, the render farm, the keys."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import bpy
 
 from .. import dependencies
 from ..dependencies import Package
+from . import keys
 from .farm import engine
 
 
@@ -31,6 +32,7 @@ class SAMP_AP_preferences(bpy.types.AddonPreferences):
         if missing:
             column.operator("samp.copy_install_commands", icon="COPYDOWN")
         engine.draw(self.layout, self)
+        keys.draw(self.layout, context)
 
 
 def advice(missing: list[Package]) -> list[str]:

@@ -165,6 +165,14 @@ class SAMP_PG_settings(bpy.types.PropertyGroup):
         description="Set the end of the scene's frame range to the end of the new take",
         default=True,
     )
+    mark_takes: BoolProperty(
+        name="Markers",
+        description="Add markers to the Action of each new take where its phases begin",
+    )
+    as_strip: BoolProperty(
+        name="Strip at Playhead",
+        description="Put the new take as a strip onto an NLA track of its own, from the current frame on",
+    )
     only_character: BoolProperty(
         name="Only This Character", description="List only the takes of the chosen character", default=True
     )

@@ -35,7 +35,7 @@ EDITS = (
     ("follow_goal", "CON_FOLLOWPATH"),
 )
 """Operators that make an edited copy of a take."""
-PLACED = (("take_to_strip", "NLA"), ("mark_take", "MARKER"))
+PLACED = (("take_to_strip", "NLA"), ("mark_take", "MARKER"), ("save_asset", "ASSET_MANAGER"))
 """Operators that do something with a take as it is."""
 LONGEST = 14
 """Characters of a name that fit into the list at the sidebar's default width."""

@@ -140,3 +140,31 @@ def test_what_is_out_of_reach_is_told(owner, cup):
     cup.location = (0, -2.5, 1)
     made = hand_targets.bake(bpy.context, cup, "left", owner.name)
     assert made.missed > 1 and "misses 'Cup' by" in made.sentence()
+
+
+@pytest.mark.parametrize("handle", [False, True])
+def test_fingers_grasp_a_mug_or_the_mesh_that_an_empty_hangs_on(owner, handle):
+    bpy.ops.mesh.primitive_cylinder_add(radius=0.035, depth=0.12, location=(-0.2, -0.35, 1.05))
+    mug = bpy.context.object
+    mug.name = "Mug"
+    if handle:
+        empty = bpy.data.objects.new("Handle", None)
+        bpy.context.scene.collection.objects.link(empty)
+        empty.parent, empty.location = mug, (-0.035, 0.0, 0.0)
+    bpy.context.view_layer.objects.active = owner
+    before = keyframes.read_motion(owner)
+    options = {"use_range": True, "frame_start": 20, "frame_end": 50, "ease": 0.3, "grasp": True}
+    assert bpy.ops.samp.hand_target(target="Handle" if handle else "Mug", hand="right", **options) == {
+        "FINISHED"
+    }
+    made = keyframes.read_motion(owner)
+    fingers = np.abs(made.rotations - before.rotations)[:, 40:].max(axis=(1, 2))  # of the right hand
+    assert fingers[19:50].min() > 0.05 and fingers[[0, -1]].max() < 1e-4
+    assert np.abs(made.rotations - before.rotations)[:, 25:40].max() < 1e-4
+
+
+def test_an_empty_without_a_surface_cannot_be_grasped(owner, cup):
+    before = owner.animation_data.action
+    with pytest.raises(RuntimeError, match="'Cup' has no surface for the fingers"):
+        bpy.ops.samp.hand_target(target="Cup", grasp=True)
+    assert owner.animation_data.action == before

@@ -6,7 +6,7 @@ import bpy
 import fakes
 import numpy as np
 import pytest
-import rooms
+import sofa_room
 from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.edits import following, origin, redo, watching
@@ -22,12 +22,7 @@ def _fake_networks(monkeypatch):
 
 @pytest.fixture
 def owner():
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    bpy.context.scene.render.fps = 24
-    made = rooms.to_blender(rooms.random_room(1, rooms.sofa), bpy.context.scene)
-    bpy.context.view_layer.update()
-    bpy.ops.samp.create_character(location=tuple(made[:3]), yaw=1.0)
-    return bpy.data.objects["Human"]
+    return sofa_room.build(fps=24)
 
 
 def keys(action, owner, last=None):

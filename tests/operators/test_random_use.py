@@ -23,6 +23,21 @@ SUB_GOALS = (
 )  # fmt: skip
 
 
+# Edits of finished takes, and what they need: something to follow, another Action, several characters.
+EDITS = (
+    "follow_goal", "follow_goal", "redo_from_here", "retime_take", "loop_take", "reduce_keys", "blend_take",
+    "take_to_strip", "push_down_take", "mark_take", "save_asset", "look_at", "hand_target", "refine", "place",
+    "draw_path", "improvise", "bake_cast", "edit_cast", "edit_chain", "bake_chain", "star_take", "show_take",
+    "step_take", "delete_take", "add_waypoint", "sample_goals", "set_start", "walk_here", "sit_here",
+    "clear_overlays", "add_control_rig", "add_control_rig", "remove_control_rig",
+)  # fmt: skip
+BEGINNINGS = (
+    (("sample_goals", {"target": "Sofa", "count": 1}), ("sit_here", {"target": "Sofa", "hold": 1.0})),
+    (("add_waypoint", {}), ("walk_here", {"location": (-0.5, -1.5, 0.0)})),
+    (("sit_here", {"target": "Sofa", "hold": 0.0, "variants": 2}), ("star_take", {})),
+)
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _registered():
     samp_blender.register()
@@ -42,6 +57,43 @@ def test_random_sub_goals_lose_no_data(seed, tmp_path, monkeypatch):
     monkeypatch.setitem(registry.METHODS, "long_term", untrained.method())
     clicks = ("Human", "Sofa", "Sub-goal 1 of Human", "Sub-goal 2 of Human", None)
     _do(seed, random_use.sequence(seed, 2 * LENGTH, tmp_path, SUB_GOALS, clicks))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_edits_of_takes_lose_no_data(seed, tmp_path, monkeypatch):
+    random_use.replace_networks(monkeypatch)
+    edits = random_use.sequence(seed, LENGTH, tmp_path, EDITS)
+    _do(seed, [("click", {"name": "Human"}), *BEGINNINGS[seed % len(BEGINNINGS)], *edits])
+
+
+def test_every_edit_of_a_take_is_made_and_undone(tmp_path, monkeypatch):
+    """The random edits are no empty ones: on a take that was just made, each of these changes the file."""
+    random_use.replace_networks(monkeypatch)
+    made = []
+    for name, chosen in (
+        ("redo_from_here", {"use_frame": True, "frame": 20}),
+        ("retime_take", {"walk": 1.4}),
+        ("reduce_keys", {}),
+        ("mark_take", {"steps": True}),
+        ("look_at", {"target": "Sofa"}),
+        ("hand_target", {"target": "Sofa"}),
+        ("blend_take", {"other": "Mine", "frames": 8}),
+        ("take_to_strip", {}),
+        ("place", {"location": (0.0, 1.6, 0.43)}),
+        ("follow_goal", {}),
+    ):
+        user = random_use.User()
+        for step in (("click", {"name": "Human"}), *BEGINNINGS[0]):
+            user.do(step)
+        if name == "follow_goal":
+            user.do(("drag", {"name": "Goal sit Sofa", "by": (0.3, 0.0, 0.0)}))
+        steps = user.now
+        user.do((name, chosen))
+        if user.now == steps + 1:
+            made.append(name)
+        for kind in ("undo", "redo"):
+            user.do((kind, {}))
+    assert len(made) == 10, made
 
 
 def _do(seed, steps):

@@ -85,6 +85,9 @@ class Layout:
     def prop(self, data, name, **look):
         """Settings are not about packages."""
 
+    def context_pointer_set(self, name, data):
+        """Keys are not about packages."""
+
 
 @pytest.mark.parametrize("absent", [(), (ABSENT,)])
 def test_preferences(monkeypatch, absent):

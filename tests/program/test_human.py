@@ -11,7 +11,7 @@ import torch
 from samp_blender.samp_addon import frames, rotation, skeleton
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
-from samp_blender.samp_addon.body import hands, human
+from samp_blender.samp_addon.body import brows, hands, human
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.tests.support.blender import rigs
 
@@ -39,6 +39,20 @@ def test_left_and_right_mirror():
 
 def mirrored(name: str) -> str:
     return name.replace("left_", "@").replace("right_", "left_").replace("@", "right_")
+
+
+def test_brows_are_over_both_eyes_alike_and_of_hair():
+    body = human.load()
+    found = brows.of(body.vertices, body.faces, body.joints)
+    centres = body.vertices[body.faces].mean(axis=1)
+    assert (body.materials[found] == human.MATERIALS.index("hair")).all()
+    eyes = centres[body.materials == human.MATERIALS.index("eyes")]
+    for sign in (1, -1):
+        own = centres[found & (sign * centres[:, 0] > 0)]
+        eye = eyes[sign * eyes[:, 0] > 0]
+        assert len(own) == found.sum() / 2 >= 4
+        assert np.ptp(own[:, 0]) > np.ptp(eye[:, 0]) and own[:, 1].min() > eye[:, 1].max()
+        assert (own[:, 2] > eye[:, 2].mean()).all()
 
 
 def test_every_edge_has_two_faces():

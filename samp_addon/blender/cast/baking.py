@@ -32,6 +32,11 @@ class CastResult:
     variants: list[dict]
     failures: list[Failure]
 
+    @property
+    def takes(self) -> dict[bpy.types.Object, list[bpy.types.Action]]:
+        """The new Actions of each character, in the order of the seeds."""
+        return {self.owners[number]: list(own.values()) for number, own in self.actions.items()}
+
 
 def run(
     context: bpy.types.Context,

@@ -45,6 +45,10 @@ class Calibration:
     rest_joints: np.ndarray
 
 
+CONTROLS_KEY = "samp_controls"
+"""Custom property of the objects of a control rig, see blender/controls/rig.py."""
+
+
 def bone_name(armature: bpy.types.Object, joint: str) -> str | None:
     """Return the armature's bone for an SMPL-X joint, or None."""
     names = (joint, *ALIASES.get(joint, ()))
@@ -57,8 +61,8 @@ def missing_bones(armature: bpy.types.Object) -> list[str]:
 
 
 def is_smplx(obj: bpy.types.Object | None) -> bool:
-    """Return whether the object is an armature with the 22 SMPL-X body bones."""
-    return obj is not None and obj.type == "ARMATURE" and not missing_bones(obj)
+    """Return whether the object is an armature with the 22 SMPL-X body bones, and no control rig of another one."""
+    return obj is not None and obj.type == "ARMATURE" and CONTROLS_KEY not in obj and not missing_bones(obj)
 
 
 def find(context: bpy.types.Context, name: str = "") -> bpy.types.Object:

@@ -21,6 +21,7 @@ from ..actions import keyframes, notes, rekeying
 from ..actions.action_names import derived_name
 from ..character.armature import calibrate
 from ..takes import seen
+from . import held_things
 
 UPWARD, REACH = 0.8, 0.8
 """Upward component of the normal of a top, and metres within which a hand rests on one."""
@@ -30,18 +31,21 @@ KNEES = [skeleton.INDEX[f"{side}_knee"] for side in SIDES]
 
 @dataclass(frozen=True)
 class Baked:
-    """The new Action, and how well the hand reaches its target. frame: of the scene, in which it is farthest off."""
+    """The new Action, and how well the hand reaches its target. frame: of the scene, in which it is farthest off.
+    touching: fingers that touch what they grasp, None where they do not grasp."""
 
     action: bpy.types.Action
     side: str
     target: str
     missed: float
     frame: int
+    touching: int | None = None
 
     def sentence(self) -> str:
         """Return what came of it."""
         if self.missed <= MISSED:
-            return f"The {self.side} hand is on '{self.target}' in '{self.action.name}'."
+            fingers = "" if self.touching is None else f", and {self.touching} fingers touch it"
+            return f"The {self.side} hand is on '{self.target}' in '{self.action.name}'{fingers}."
         return (
             f"The {self.side} hand misses '{self.target}' by {100 * self.missed:.0f} cm in frame {self.frame} of "
             f"'{self.action.name}'; move the target or the character nearer."
@@ -66,12 +70,14 @@ def bake(
     ease: float = EASE,
     vertex: int | None = None,
     action_name: str = "",
+    fingers: bool = False,
 ) -> Baked:
     """Bring a hand of a character to an object in some frames of its active Action, as a new Action, now active.
 
     target: an empty; or a mesh, touched at ``vertex``, or without one where its surface is nearest to the hand. first,
-    last: frames of the scene; those of the rest where left out. ease: seconds of the way there, and back. Raise
-    SampError where there is no character, Action or vertex, for an empty range, and for the character's own objects.
+    last: frames of the scene; those of the rest where left out. ease: seconds of the way there, and back.
+    fingers: bend them around the target. Raise SampError where there is no character, Action or vertex, for an empty
+    range, and for the character's own objects.
     """
     if side not in SIDES:
         raise SampError(f"There is no hand '{side}'; choose {' or '.join(SIDES)}.")
@@ -81,8 +87,9 @@ def bake(
     begin, end = rekeying.frame_span(action)
     motion = keyframes.read_motion(owner, action, begin, end, context.scene)
     made, frame = _solved(context, target, motion, side, begin, first, last, ease, vertex)
+    made, touching = held_things.grasped(context, target, made, begin) if fingers else (made, None)
     new = _written(owner, action, motion, made, begin, derived_name(action, f" {side} hand"))
-    return Baked(new, side, target.name, made.missed, frame)
+    return Baked(new, side, target.name, made.missed, frame, touching)
 
 
 def applied(

@@ -15,6 +15,7 @@ from ...motion import Goal
 from ...scene.furniture.floor import floor_beside
 from ...scene.geometry import SceneGeometry, extent
 from ...scene.navmesh import navmesh as navigation
+from ...scene.remembered import by_content
 from ...scene.seats import nearby, seats
 from ...scene.seats.support import SupportMap
 from ..character import characters
@@ -169,8 +170,14 @@ def _surroundings(
 
 def _floor(scene: SceneGeometry, target: Target) -> float | None:
     """Return the height of the floor beside a target, or None where it stands there or nothing is walkable."""
+    return _height_beside(scene.triangles, target.triangles)
+
+
+@by_content(kept=8)
+def _height_beside(scene: np.ndarray, target: np.ndarray) -> float | None:
+    """Return the same from the triangles (F, 3, 3) of both: while an arrow is dragged they stay as they are."""
     try:
-        mesh = navigation.build(scene.triangles, cover=np.stack(extent(target.triangles)))
+        mesh = navigation.build(scene, cover=np.stack(extent(target)))
     except PathError:
         return None
-    return floor_beside(mesh, target.triangles)
+    return floor_beside(mesh, target)

@@ -53,12 +53,17 @@ def positions(context: bpy.types.Context) -> list[np.ndarray]:
 def clear(context: bpy.types.Context) -> int:
     """Delete all way-points; return their number."""
     found = all_waypoints(context)
+    delete(found)
+    return len(found)
+
+
+def delete(found: Sequence[bpy.types.Object]) -> None:
+    """Delete way-points, and their collection if it is empty then."""
     for point in found:
         bpy.data.objects.remove(point)
     collection = bpy.data.collections.get(COLLECTION)
     if collection is not None and not collection.objects and collection.get(OVERLAY_KEY):
         bpy.data.collections.remove(collection)
-    return len(found)
 
 
 def _collection(context: bpy.types.Context) -> bpy.types.Collection:

@@ -69,6 +69,11 @@ class Result:
     variants: list[dict]
     failures: list[Failure]
 
+    @property
+    def takes(self) -> dict[bpy.types.Object, list[bpy.types.Action]]:
+        """The new Actions of the character."""
+        return {self.owner: self.actions}
+
 
 def run(
     context: bpy.types.Context,

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ... import skeleton
 from ...methods.method import Method
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
@@ -20,7 +21,12 @@ SHORTEST = 0.05
 """Seconds below which nothing is put before a take."""
 
 SWAY = 1.5
-"""Seconds at a take's end that are played back and forth to hold its last pose longer."""
+"""Seconds at a take's end that are played back and forth, at most, to hold its last pose longer."""
+
+STILL = 0.04
+"""Metres within which pelvis and feet stay in these seconds: a walk that has just ended is not played backwards."""
+
+STANDING = [skeleton.INDEX[name] for name in ("pelvis", "left_foot", "right_foot")]
 
 IDLE = "samp"
 """The method whose idle action fills the time in which a body waits."""
@@ -89,12 +95,12 @@ def after_waiting(take: Take, idle: Motion | None, seconds: float) -> Take:
 
 
 def lengthened(take: Take, frames: int) -> Take:
-    """Return a take of at least so many frames, whose last SWAY seconds are played back and forth."""
+    """Return a take of at least so many frames, whose last seconds, up to SWAY, are played back and forth."""
     motion = take.motion
     missing = frames - len(motion)
     if missing <= 0:
         return take
-    period = max(1, min(round(SWAY * motion.fps), len(motion) - 1))
+    period = _still(motion)
     # 0, 1, ... period, ... 1, 0, 1, ... frames before the end.
     phase = np.arange(1, missing + 1) % (2 * period)
     back = np.where(phase <= period, phase, 2 * period - phase)
@@ -106,6 +112,15 @@ def lengthened(take: Take, frames: int) -> Take:
         tail = _rows(motion, rows[len(motion) :])
         own_steps = (*own_steps[:-1], replace(last, motion=_joined(last.motion, tail)))
     return replace(take, motion=longer, steps=own_steps)
+
+
+def _still(motion: Motion) -> int:
+    """Return how many frames before the last one, at least 1, are within SWAY of it, with pelvis and feet as there."""
+    longest = min(round(SWAY * motion.fps), len(motion) - 1)
+    end = _rows(motion, np.arange(len(motion) - 1 - longest, len(motion)))
+    places = end.forward_kinematics()[0][:, STANDING]
+    moved = np.linalg.norm(places - places[-1], axis=-1).max(axis=-1)[::-1] > STILL
+    return max(1, int(moved.argmax()) - 1 if moved.any() else longest)
 
 
 def _joined(first: Motion, second: Motion) -> Motion:

@@ -16,6 +16,7 @@ import numpy as np
 from ... import frames
 from ...motion import Goal
 from .. import geometry
+from ..remembered import by_content
 from . import front, postures, reclining
 from .support import SupportMap
 from .suppression import above_adjacent_seat, suppress
@@ -188,6 +189,7 @@ def snap_to_map(
     return seat_at(grid, posture, places[best], yaws[best], height[best], score[best]).goal
 
 
+@by_content(kept=16)
 def infer_front_yaw(triangles: np.ndarray) -> float:
     """Return the yaw of an object's front, the side that seated bodies face; radians, network frame, [-pi, pi).
 

@@ -20,10 +20,12 @@ from samp_blender.samp_addon.motion import Motion
 # Operators that need work in progress.
 EXCLUDED = {"stop"}
 OBJECTS = ("Human", "Sofa", "Bed", "Goal sit Sofa", None)
+DRAGGED = ("Goal sit Sofa", "Goal lie Bed", "Way-point 1", "Way-point 2")
 # Paths of the artist's data that may change: the character's pose and Action, selection, and the scene's settings.
 MAY_CHANGE = (
     r"objects/Human\.(mode|animation_data|pose\.bones)",
     r"objects/Human\[custom\]",
+    r"objects/Human mesh(\[custom\]|\.modifiers)",  # a control rig deforms the mesh in place of the character
     r"actions/.*use_fake_user",
     r".*\.shown/|.*\.active|context\.",
     r"scenes/.*(layer_collection|\.cursor|\.samp\.)",
@@ -47,6 +49,9 @@ def build() -> None:
         faces = np.arange(len(corners)).reshape(-1, 3)
         mesh.from_pydata([(x, -z, y) for x, y, z in corners.tolist()], [], faces.tolist())
         scene.collection.objects.link(bpy.data.objects.new(name, mesh))
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.camera.location, scene.camera.rotation_euler = (2.2, -2.2, 1.8), (1.25, 0, 0.785)
     owner = character.create_character(bpy.context, location=(1.5, -1.5, 0))
     still = np.tile([1.0, 0, 0, 0], (20, 22, 1))
     root = np.tile([1.5, 0.93, 1.5], (20, 1))
@@ -64,6 +69,14 @@ def click(name: str | None) -> None:
     bpy.context.view_layer.objects.active = thing
     if thing is not None:
         thing.select_set(True)
+
+
+def drag(name: str, by: Sequence[float]) -> None:
+    """Move an arrow or a way-point, if it is there, as the artist does. by: (3,) metres."""
+    thing = bpy.data.objects.get(name)
+    if thing is not None:
+        thing.location = [a + b for a, b in zip(thing.location, by, strict=True)]
+        bpy.context.view_layer.update()
 
 
 def options(name: str, rng: random.Random, files: Path) -> dict:
@@ -98,9 +111,24 @@ def options(name: str, rng: random.Random, files: Path) -> dict:
         "hand_target": {
             "target": rng.choice(("Sofa", "Bed", "Human", "Nothing", "")),
             "hand": rng.choice(("left", "right")),
+            "grasp": rng.random() < 0.3,
         },
         "blend_take": {"other": rng.choice(("Mine", "sit Sofa 0", "Nothing")), "frames": rng.choice((1, 8))},
         "redo_from_here": {"use_frame": True, "frame": rng.randrange(1, 60)},
+        "place": {
+            "location": rng.choice(((0, 1.6, 0.43), (-1.6, -1.0, 0.5), (*place[:2], 0.0), (0, 0, 9.0))),
+            "choice": rng.randrange(3),
+            "add_step": rng.random() < 0.3,
+        },
+        "improvise": {"seconds": 1.0, "draws": 1, "seed": rng.randrange(3)},
+        "look_at": {"target": rng.choice(("Sofa", "Human", "Camera", "Nothing", "")), "ease": rng.random()},
+        "retime_take": {name: rng.choice((0.7, 1.0, 1.4)) for name in ("walk", "settle", "hold")},
+        "loop_take": {"in_place": rng.random() < 0.5},
+        "reduce_keys": {"distance": rng.choice((0.001, 0.01)), "angle": rng.choice((0.1, 1.0))},
+        "save_asset": {"directory": str(files), "what": rng.choice(("TAKE", "CHARACTER"))},
+        "mark_take": {"phases": rng.random() < 0.7, "steps": rng.random() < 0.5},
+        "edit_cast": {"change": rng.choice(("ADD", "ADD", "REMOVE"))},
+        "step_take": {"direction": rng.choice(("NEXT", "PREVIOUS"))},
         "export_take": {"filepath": str(files / "take"), "kind": rng.choice(("NPZ", "FBX", "BVH"))},
     }
     return known.get(name, {})
@@ -112,18 +140,22 @@ def sequence(
     files: Path,
     names: Sequence[str] = OPERATORS,
     objects: Sequence[str | None] = OBJECTS,
+    dragged: Sequence[str] = DRAGGED,
 ) -> list[Step]:
-    """Return the steps of a seed. names: operators to choose from. objects: what is clicked."""
+    """Return the steps of a seed. names: operators to choose from. objects: what is clicked. dragged: what is moved."""
     rng = random.Random(seed)
     names = [name for name in names if name not in EXCLUDED]
     steps: list[Step] = []
     for _ in range(length):
-        kind = rng.choices(("press", "undo", "redo", "click", "mode"), (8, 5, 3, 3, 1))[0]
+        kind = rng.choices(("press", "undo", "redo", "click", "mode", "drag"), (8, 5, 3, 3, 1, 1))[0]
         if kind == "press":
             name = rng.choice(names)
             steps.append((name, options(name, rng, files)))
         elif kind == "click":
             steps.append((kind, {"name": rng.choice(objects)}))
+        elif kind == "drag":
+            by = (rng.uniform(-0.4, 0.4), rng.uniform(-0.2, 0.2), 0.0)
+            steps.append((kind, {"name": rng.choice(dragged), "by": by}))
         else:
             steps.append((kind, {}))
     return steps
@@ -150,8 +182,8 @@ class User:
         if name in own:
             own[name]()
             return
-        if name == "click":
-            click(arguments["name"])
+        if name in {"click", "drag"}:
+            {"click": click, "drag": drag}[name](**arguments)
             self._push()
         elif name == "mode":
             self._change_mode()

@@ -1,0 +1,1 @@
+"""Takes and characters as assets of Blender's Asset Library."""
