@@ -21,11 +21,11 @@ class Request:
     of its front, which takes a while; only networks whose grids are not drawn around the goal ask. seed: of all that is
     drawn; latent_seed: of z alone, if that is to differ. hold_seconds: how long the action is held at the end. style:
     standard deviation of the noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it
-    the character stands at the start. remarks: sentences for the artist about what was asked for and is not done exactly. ground: returns
-    the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground. free: where
-    the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which a body fits.
-    posture: of the rest, see postures.py; drawn if empty. posture_places: returns the
-    postures for which there is a place; only networks that know postures ask. flights: of stairs, on the way-points.
+    the character stands at the start. remarks: sentences for the artist about what was asked for and is not done
+    exactly. ground: returns the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even
+    ground. free: where the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which
+    a body fits. posture: of the rest, see postures.py; drawn if empty. posture_places: returns the postures for which
+    there is a place; only networks that know postures ask. flights: of stairs, on the way-points.
     """
 
     start_position: np.ndarray
