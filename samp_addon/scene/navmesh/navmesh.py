@@ -241,13 +241,16 @@ def _main_part(parts: np.ndarray, away: np.ndarray) -> int:
 
 def _box(triangles: np.ndarray, cover: np.ndarray, cell: float) -> np.ndarray | None:
     """Return corners (2, 3) of the box to which a large scene is cropped around ``cover``, or None if all fits."""
-    if len(triangles) == 0 or len(cover) == 0:
-        return None
-    if _columns(*geometry.bounds(triangles), cell) <= MAX_COLUMNS:
+    if len(triangles) == 0 or len(cover) == 0 or fits(triangles, cell):
         return None
     half = np.maximum(np.ptp(cover, axis=0) / 2 + DETOUR, math.sqrt(MAX_COLUMNS) * cell / 2)
     middle = (cover.min(axis=0) + cover.max(axis=0)) / 2
     return np.stack([middle - half, middle + half])
+
+
+def fits(triangles: np.ndarray, cell: float = CELL) -> bool:
+    """Return whether a scene (F, 3, 3) is small enough for one grid, and so is not cropped."""
+    return _columns(*geometry.bounds(triangles), cell) <= MAX_COLUMNS
 
 
 def _columns(low: np.ndarray, high: np.ndarray, cell: float) -> float:
