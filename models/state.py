@@ -39,31 +39,34 @@ def heading_yaw(positions: torch.Tensor) -> torch.Tensor:
 
 
 def turn(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
-    """Rotate horizontal pairs (..., 2) by yaws (...), positive from +Z towards +X."""
+    """Rotate horizontal pairs (..., 2) by yaws that are broadcast to (...), positive from +Z towards +X."""
     c, s = torch.cos(yaw), torch.sin(yaw)
-    x, z = vectors[..., 0], vectors[..., 1]
+    x, z = vectors.unbind(-1)
     return torch.stack([c * x + s * z, c * z - s * x], dim=-1)
 
 
 def turn3(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
-    """Rotate vectors (..., 3) about the vertical by yaws (...)."""
-    flat = turn(vectors[..., 0::2], yaw)
-    return torch.stack([flat[..., 0], vectors[..., 1], flat[..., 1]], dim=-1)
+    """Rotate vectors (..., 3) about the vertical by yaws that are broadcast to (...)."""
+    c, s = torch.cos(yaw), torch.sin(yaw)
+    x, y, z = vectors.unbind(-1)
+    return torch.stack([c * x + s * z, y, c * z - s * x], dim=-1)
 
 
 def to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
     """Express world points (N, ..., 3) in the frames of roots (N, 3)."""
     shape = (-1,) + (1,) * (points.dim() - 2)
-    origin = torch.stack([root[:, 0], torch.zeros_like(root[:, 0]), root[:, 1]], -1)
-    yaw = root[:, 2].reshape(shape).expand(points.shape[:-1])
-    return turn3(points - origin.reshape(*shape, 3), -yaw)
+    return turn3(points - on_floor(root).reshape(*shape, 3), -root[:, 2].reshape(shape))
 
 
 def flat_to_root(points: torch.Tensor, root: torch.Tensor) -> torch.Tensor:
     """Express world points on the floor (N, ..., 2) in the frames of roots (N, 3)."""
     shape = (-1,) + (1,) * (points.dim() - 2)
-    yaw = root[:, 2].reshape(shape).expand(points.shape[:-1])
-    return turn(points - root[:, :2].reshape(*shape, 2), -yaw)
+    return turn(points - root[:, :2].reshape(*shape, 2), -root[:, 2].reshape(shape))
+
+
+def on_floor(root: torch.Tensor) -> torch.Tensor:
+    """Return the places (N, 3) of roots (N, 3) on the floor."""
+    return torch.stack([root[:, 0], torch.zeros_like(root[:, 0]), root[:, 1]], -1)
 
 
 def direction(yaw: torch.Tensor) -> torch.Tensor:
@@ -145,32 +148,27 @@ def assemble(
     window_roots: (N, 13, 3). window_actions: (N, 13, 5). contacts: (N, 5). goal: (N, 6) the current goal's world
     position and direction. window_goals: (N, 13, 11) world position, direction, action.
     """
-    n = len(reference)
-    yaw = reference[:, 2]
-    local = to_root(joints, reference)
-    axes = turn3(axes, -yaw[:, None, None].expand(axes.shape[:-1]))
-    speed = turn3(velocities, -yaw[:, None].expand(velocities.shape[:-1]))
-    pose = torch.cat([local[:, :, None], axes, speed[:, :, None]], 2).reshape(n, -1)
-    future = to_root(joints, future_root).reshape(n, -1)
-    spread = yaw[:, None].expand(n, SAMPLES)
+    n, yaw, origin = len(reference), reference[:, 2:], on_floor(reference)[:, None]
+    # What is expressed in one frame is turned together: a rollout spends its time on the number of operations.
+    pose = torch.cat([(joints - origin)[:, :, None], axes, velocities[:, :, None]], 2).reshape(n, -1, 3)
+    goals = torch.cat([pose, window_goals[..., :3] - origin, window_goals[..., 3:6]], 1)
+    pose, places, facings = turn3(goals, -yaw).split([pose.shape[1], SAMPLES, SAMPLES], 1)
+    goals = torch.cat([places, facings, window_goals[..., 6:]], -1)
+    future = to_root(joints, future_root)
     facing = direction(window_roots[..., 2])
-    trajectory = torch.cat(
-        [flat_to_root(window_roots[..., :2], reference), turn(facing, -spread), window_actions], -1
-    ).reshape(n, -1)
     goal_frame = torch.stack([goal[:, 0], goal[:, 2], torch.atan2(goal[:, 3], goal[:, 5])], -1)
-    goal_spread = goal_frame[:, 2:].expand(n, SAMPLES)
-    goal_trajectory = torch.cat(
-        [flat_to_root(window_roots[..., :2], goal_frame), turn(facing, -goal_spread)], -1
-    ).reshape(n, -1)
-    goals = torch.cat(
-        [
-            to_root(window_goals[..., :3], reference),
-            turn3(window_goals[..., 3:6], -spread),
-            window_goals[..., 6:],
-        ],
-        -1,
-    ).reshape(n, -1)
-    return torch.cat([pose, future, trajectory, contacts, goal_trajectory, goals], -1)
+    trajectory, goal_trajectory = (
+        torch.cat(
+            turn(torch.cat([window_roots[..., :2] - frame[:, None, :2], facing], 1), -frame[:, 2:]).split(
+                SAMPLES, 1
+            ),
+            -1,
+        )
+        for frame in (reference, goal_frame)
+    )
+    trajectory = torch.cat([trajectory, window_actions], -1)
+    parts = [part.reshape(n, -1) for part in (pose, future, trajectory, contacts, goal_trajectory, goals)]
+    return torch.cat(parts, -1)
 
 
 def interaction_features(

@@ -161,8 +161,9 @@ def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: 
     vertices = np.empty((len(motion), table.shape[1], 3), dtype=np.float32)
     for start in range(0, len(motion), chunk):
         part = transforms[start : start + chunk].transpose(0, 2, 1, 3).reshape(-1, table.shape[0])
-        moved = (part @ table).reshape(-1, 3, table.shape[1]).transpose(0, 2, 1)
-        vertices[start : start + chunk] = moved + motion.root[start : start + chunk, None]
+        moved = (part @ table).reshape(-1, 3, table.shape[1])
+        moved += motion.root[start : start + chunk, :, None]
+        vertices[start : start + chunk] = moved.transpose(0, 2, 1)
     return vertices
 
 

@@ -86,7 +86,7 @@ def surface_depth(
     result = np.zeros(len(motion))
     low, high = extent(joints)
     if (high - low).max() <= LARGEST_BOX:
-        obstacles.samples(low - surface.reach, high + surface.reach)  # sampled once for all parts
+        obstacles.samples(low - surface.reach, high + surface.reach, floor)  # sampled once for all parts
     pending = [(first, min(first + CHUNK, len(motion))) for first in range(0, len(motion), CHUNK)]
     while pending:
         first, last = pending.pop()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..body import human
 from ..body.human import Human
 from ..motion import Goal, Motion
 from ..skeleton import BODY_COUNT
@@ -91,9 +92,11 @@ def measure(
     numbers["jerk_m_s3"] = jerk(motion)
     numbers.update(feet.measures(motion, floor, body))
     if obstacles is not None:
-        found = collision.body_depth(motion, obstacles, floor, body)
+        body = body or human.load()
+        skin = human.skin(body, motion, body.collision)
+        found = obstacles.depth(skin, floor)
         numbers.update(collision.measures(motion, obstacles, floor, body, found))
-        numbers.update(support.measures(motion, goal, obstacles, floor, body, found))
+        numbers.update(support.measures(motion, goal, obstacles, floor, body, found, skin))
     return numbers
 
 

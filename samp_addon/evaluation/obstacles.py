@@ -7,16 +7,16 @@ points are far from every surface and need only a look-up of their cell; the oth
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any
 
 import numpy as np
 
 from ..scene.distance.point_cells import PointCells
-from ..scene.distance.signed_distance import LARGE
-from ..scene.distance.solids import MARGIN, PITCH, BoxedTriangles, Surface, free_counts, solid_cells
-from ..scene.distance.surface_samples import samples_in_box, without_twins
+from ..scene.distance.solids import MARGIN, PITCH, SAMPLED, BoxedTriangles, Surface, free_counts, solid_cells
+from ..scene.distance.surface_samples import FixedSamples, without_twins
 from ..scene.geometry import in_box
-from ..scene.navmesh.lattice import clip_to_box
 
 CONTACT_DISTANCE = 0.01
 """Metres. Skin closer to a surface than this touches it."""
@@ -43,6 +43,9 @@ SAMPLED_PADDING = 0.5
 SAMPLED_BOXES = 4
 """Boxes of surface samples that are kept."""
 
+RECENT = 4
+"""Heights of the floor, and counts that mean outside, whose cells and samples are kept."""
+
 KEPT = 1
 """Scenes whose obstacles `shared` keeps."""
 
@@ -51,14 +54,17 @@ _EDGE = BLOCK * PITCH
 
 
 class Obstacles:
-    """The triangles of a scene with cached solid cells. Thread-safe."""
+    """The triangles of a scene with cached solid cells and samples. Thread-safe.
+
+    What is cached depends on the scene alone, so that a take has the same measures whatever was measured before it.
+    """
 
     def __init__(self, triangles: np.ndarray) -> None:
         """triangles: (F, 3, 3) of the scene."""
         # Opposite twins of two-sided faces cancel each other's winding number.
         self._triangles = without_twins(np.asarray(triangles, dtype=np.float64))[0]
-        self._over: dict[float | None, _Solids] = {}
-        self._sampled: list[_Sampled] = []
+        self._solids: OrderedDict[float | None, _Solids] = OrderedDict()
+        self._sampled: OrderedDict[float | None, _Sampled] = OrderedDict()
         self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray, floor: float | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -66,12 +72,11 @@ class Obstacles:
 
         vertices: (T, V, 3) metres. floor: height below which everything is solid, or None. The body of the first frame
         is assumed to be outside all solids. Returns depth (T, V), metres, 0 outside, and flags (T, V) of vertices
-        inside or less than 1 cm from a surface.
+        inside or less than 1 cm from a surface. Beyond PADDING the depth may be too large.
         """
         with self._lock:
-            if floor not in self._over:
-                self._over[floor] = _Solids(self._triangles, floor)
-        return self._over[floor].depth(vertices)
+            solids = _recent(self._solids, floor, lambda: _Solids(self._triangles, floor))
+        return solids.depth(vertices)
 
     def samples(self, low: np.ndarray, high: np.ndarray, floor: float | None = None) -> np.ndarray:
         """Return samples (N, 3), 1.5 cm apart, of the surfaces in the box from low (3,) to high (3,).
@@ -79,27 +84,40 @@ class Obstacles:
         Without the floor itself and what is less than 1 cm above it.
         """
         with self._lock:
-            box = next((box for box in self._sampled if box.covers(low, high)), None)
-            if box is None:
-                box = _Sampled(self._triangles, low - SAMPLED_PADDING, high + SAMPLED_PADDING)
-                self._sampled = [box, *self._sampled[: SAMPLED_BOXES - 1]]
-        found = box.samples[box.cells.within(low, high)]
+            sampled = _recent(self._sampled, floor, lambda: _Sampled(self._triangles, floor))
+            found = sampled.around(low, high)
         if floor is not None:
             low = np.maximum(low, [-np.inf, np.nextafter(floor + CONTACT_DISTANCE, np.inf), -np.inf])
         return found[in_box(found, low, high)]
 
 
+def _recent(kept: OrderedDict, key: Hashable, make: Callable[[], Any]) -> Any:
+    """Return what is kept under a key, made if missing; only the last RECENT used are kept."""
+    if key not in kept:
+        kept[key] = make()
+    kept.move_to_end(key)
+    while len(kept) > RECENT:
+        kept.popitem(last=False)
+    return kept[key]
+
+
 class _Sampled:
-    """Surface samples (N, 3) in the box from low to high (3,)."""
+    """Surface samples over one floor height, in boxes."""
 
-    def __init__(self, triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
-        self.low, self.high = low, high
-        self.samples, _ = samples_in_box(triangles, low, high)
-        self.cells = PointCells(self.samples)
+    def __init__(self, triangles: np.ndarray, floor: float | None) -> None:
+        over = -np.inf if floor is None else floor + CONTACT_DISTANCE
+        self._samples = FixedSamples(triangles[triangles[..., 1].max(1) > over])
+        self._boxes: list[tuple[np.ndarray, np.ndarray, PointCells, np.ndarray]] = []
 
-    def covers(self, low: np.ndarray, high: np.ndarray) -> bool:
-        """Return whether a box is inside this one."""
-        return bool((low >= self.low).all() and (high <= self.high).all())
+    def around(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return at least all samples (N, 3) in the box from low (3,) to high (3,)."""
+        for begin, end, cells, samples in self._boxes:
+            if (low >= begin).all() and (high <= end).all():
+                return samples[cells.within(low, high)]
+        begin, end = low - SAMPLED_PADDING, high + SAMPLED_PADDING
+        samples, _ = self._samples.within(begin, end)
+        self._boxes = [(begin, end, PointCells(samples), samples), *self._boxes[: SAMPLED_BOXES - 1]]
+        return samples
 
 
 _shared: list[tuple[np.ndarray, Obstacles]] = []
@@ -107,13 +125,14 @@ _shared_lock = threading.Lock()
 
 
 def shared(triangles: np.ndarray) -> Obstacles:
-    """Return the obstacles of a scene's triangles (F, 3, 3), the same ones for the same array.
+    """Return the obstacles of a scene's triangles (F, 3, 3), the same ones for equal triangles.
 
-    Takes are judged, refined and measured in the same scene; its solid cells are computed once.
+    Takes are judged, refined and measured in the same scene, and so are the next job's; its solid cells are computed
+    once.
     """
     with _shared_lock:
         for known, obstacles in _shared:
-            if known is triangles:
+            if known is triangles or np.array_equal(known, triangles):
                 return obstacles
         obstacles = Obstacles(triangles)
         _shared[:] = [(triangles, obstacles), *_shared[: KEPT - 1]]
@@ -132,9 +151,10 @@ class _Solids:
             triangles = triangles[top > floor + CONTACT_DISTANCE]
             self._carpets = Surface(flat) if len(flat) else None
         self._scene = BoxedTriangles.of(triangles)
+        self._samples = FixedSamples(triangles, SAMPLED)
         self._low = self._high = np.zeros(3)
         self._surface: Surface | None = None
-        self._blocks: dict[tuple[int, ...], _Blocks] = {}
+        self._blocks: OrderedDict[tuple[int, ...], _Blocks] = OrderedDict()
         self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -146,7 +166,8 @@ class _Solids:
             surface = self._reach(columns.min(1), columns.max(1))
         if surface is not None:
             free = tuple(free_counts(self._scene, vertices[0]))
-            blocks = self._blocks.setdefault(free, _Blocks(self._scene, free))
+            with self._lock:
+                blocks = _recent(self._blocks, free, lambda: _Blocks(self._scene, free))
             for start in range(0, len(depth), CHUNK):
                 part = slice(start, start + CHUNK)
                 depth[part], touching[part] = _point_depth(columns[:, part], blocks, surface)
@@ -172,20 +193,12 @@ class _Solids:
         if self._surface is not None and (low >= self._low).all() and (high <= self._high).all():
             return self._surface
         some = self._surface is not None
-        low = np.minimum(low - PADDING, self._low) if some else low - PADDING
-        high = np.maximum(high + PADDING, self._high) if some else high + PADDING
+        self._low = np.minimum(low - PADDING, self._low) if some else low - PADDING
+        self._high = np.maximum(high + PADDING, self._high) if some else high + PADDING
         # Blocks that contain points of the box extend at most one block beyond it.
-        close = self._scene.overlapping(low - _EDGE - MARGIN, high + _EDGE + MARGIN)
-        self._low, self._high = low, high
-        self._surface = Surface(self._near(close)) if close.any() else None
+        sampled = self._samples.within(self._low - _EDGE - MARGIN, self._high + _EDGE + MARGIN)
+        self._surface = Surface(self._scene.triangles, sampled) if len(sampled[0]) else None
         return self._surface
-
-    def _near(self, close: np.ndarray) -> np.ndarray:
-        """Return the flagged triangles; large ones, such as a ground of 2 km, cropped to what was reached."""
-        triangles = self._scene.triangles[close]
-        if (self._scene.high - self._scene.low)[:, close].max() <= LARGE:
-            return triangles
-        return clip_to_box(triangles, self._low - _EDGE - MARGIN, self._high + _EDGE + MARGIN)
 
 
 class _Blocks:

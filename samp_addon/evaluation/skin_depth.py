@@ -7,6 +7,7 @@ surface is sampled, and the samples inside the skin are measured from there.
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ SLACK = 0.03
 THICKEST = 0.16
 """Metres from the nearest vertex beyond which no point is inside."""
 
-BATCH = 48
+BATCH = 128
 """Points of which the exact depth is computed together."""
 
 FOLD = 0.01
@@ -53,6 +54,22 @@ class Inside:
 
 def _nothing(clearance: float) -> Inside:
     return Inside(np.zeros(0, int), np.zeros(0), np.zeros((0, 3)), np.zeros(0, int), clearance)
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """Points that may be inside a body.
+
+    rows: (M,) into the queried points. gap: (M,) metres to the nearest vertex. height: (M,) metres over the plane at
+    it. clearance: metres between the nearest of all points and a vertex. near: the nearest vertices (K, NEIGHBOURS) of
+    points (K,).
+    """
+
+    rows: np.ndarray
+    gap: np.ndarray
+    height: np.ndarray
+    clearance: float
+    near: Callable[[np.ndarray], np.ndarray]
 
 
 class SkinSurface:
@@ -93,33 +110,31 @@ class SkinSurface:
 
     def inside(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> Inside:
         """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``. joints: (J, 3)."""
-        rows, near, _, clearance = self._candidates(skin, points)
-        return self._exact(skin, points, joints, rows, near, clearance) if len(rows) else _nothing(clearance)
+        found = self._candidates(skin, points)
+        if not len(found.rows):
+            return _nothing(found.clearance)
+        return self._exact(skin, points, joints, found.rows, found.near(found.rows), found.clearance)
 
     def deepest(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> float:
         """Return the depth, metres, of the deepest of points (N, 3) inside the skin; 0 without one; see `inside`."""
-        rows, near, gap, _ = self._candidates(skin, points)
-        # Skin is no farther than its nearest vertex: points whose vertices are nearer than the best depth are left.
-        order = np.argsort(-gap)
-        best = 0.0
-        for first in range(0, len(order), BATCH):
-            part = order[first : first + BATCH]
-            if gap[part[0]] <= best:
-                break
-            found = self._exact(skin, points, joints, rows[part], near[part])
-            best = max(best, float(found.depth.max(initial=0.0)))
+        found, best = self._candidates(skin, points), 0.0
+        order = np.argsort(found.height)  # those deepest under the planes at their vertices first
+        while len(order):
+            part, order = found.rows[order[:BATCH]], order[BATCH:]
+            inside = self._exact(skin, points, joints, part, found.near(part))
+            best = max(best, float(inside.depth.max(initial=0.0)))
+            # Skin is no farther than its nearest vertex: points whose vertices are nearer than the best depth are left.
+            order = order[found.gap[order] > best]
         return best
 
-    def _candidates(
-        self, skin: np.ndarray, points: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Return the points that may be inside: indices (M,), nearest vertices (M, K) and metres to the nearest one
-        (M,); and the metres between any point and its nearest vertex."""
+    def _candidates(self, skin: np.ndarray, points: np.ndarray) -> _Candidates:
+        """Return the points that may be inside."""
         if len(points):
             low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
             kept = np.flatnonzero(in_box(skin, low, high))
         if not len(points) or len(kept) < NEIGHBOURS:
-            return np.zeros(0, int), np.zeros((0, NEIGHBOURS), int), np.zeros(0), np.inf
+            nothing = np.zeros(0)
+            return _Candidates(nothing.astype(int), nothing, nothing, np.inf, lambda rows: rows)
         tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)
         gap, first = tree.query(points)
         first = kept[first]
@@ -130,8 +145,8 @@ class SkinSurface:
         height = ((points - skin[first]) * normal[back]).sum(-1)
         # Far from a vertex and high over its plane is outside; near it the triangles around decide.
         rows = np.flatnonzero((height < UNSURE) & (gap < THICKEST))
-        near = kept[tree.query(points[rows], k=NEIGHBOURS)[1]]
-        return rows, near, gap[rows], float(gap.min())
+        near = lambda some: kept[tree.query(points[some], k=NEIGHBOURS)[1]]
+        return _Candidates(rows, gap[rows], height[rows], float(gap.min()), near)
 
     def _exact(
         self,
@@ -171,19 +186,21 @@ class SkinSurface:
 
         near: (N, K) nearest vertices. At an edge or a vertex the normals of all triangles that share it are added.
         """
-        count = len(points)
-        faces = self._around[near].reshape(count, -1)
-        corners = skin[self._triangles[faces]]
-        spread = np.repeat(points, faces.shape[1], axis=0)
-        flat = corners.reshape(-1, 3, 3)
-        closest = closest_points(spread, flat).reshape(count, -1, 3)
-        gap = np.square(closest - points[:, None]).sum(-1)
-        best = gap.argmin(1)
-        rows = np.arange(count)
-        shared = gap <= (np.sqrt(gap[rows, best]) + 1e-6)[:, None] ** 2
-        normals = area_vectors(flat).reshape(count, -1, 3)
-        normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-15)
-        return closest[rows, best], (normals * shared[..., None]).sum(1)
+        faces = np.sort(self._around[near].reshape(len(points), -1), axis=1)
+        fresh = np.diff(faces, axis=1, prepend=-1) > 0  # neighbouring vertices share triangles
+        row, first = np.nonzero(fresh)[0], np.flatnonzero(fresh)
+        times = np.diff(np.append(first, faces.size))
+        begin = np.searchsorted(row, np.arange(len(points)))
+        corners = skin[self._triangles[faces[fresh]]]
+        closest = closest_points(points[row], corners)
+        gap = np.square(closest - points[row]) @ np.ones(3)
+        least = np.minimum.reduceat(gap, begin)
+        nearest = np.flatnonzero(gap == least[row])
+        nearest = nearest[np.searchsorted(row[nearest], np.arange(len(points)))]
+        shared = gap <= (np.sqrt(least) + 1e-6)[row] ** 2
+        normals = area_vectors(corners)
+        normals *= (shared * times / np.maximum(np.sqrt(np.square(normals) @ np.ones(3)), 1e-15))[:, None]
+        return closest[nearest], np.add.reduceat(normals, begin)
 
 
 @functools.lru_cache(maxsize=4)

@@ -93,13 +93,14 @@ def observe(
     floor: float,
     body: Human | None = None,
     found: tuple[np.ndarray, np.ndarray] | None = None,
+    skin: np.ndarray | None = None,
 ) -> Support:
     """Return what supports the body in each frame. floor: height below which everything is solid, metres.
 
-    found: result of collision.body_depth, if known.
+    found: result of collision.body_depth, if known. skin: collision vertices (T, 2048, 3), if known.
     """
     body = body or human.load()
-    skin = human.skin(body, motion, body.collision).astype(np.float64)
+    skin = (human.skin(body, motion, body.collision) if skin is None else skin).astype(np.float64)
     depth, touching = found or obstacles.depth(skin, floor)
     seat = seat_skin(body)
     bent = knee_flexion(motion).min(1) > BENT
@@ -121,6 +122,7 @@ def measures(
     floor: float,
     body: Human | None = None,
     found: tuple[np.ndarray, np.ndarray] | None = None,
+    skin: np.ndarray | None = None,
 ) -> dict[str, float | None]:
     """Compute the guarded measures of a take; arguments as for `observe`.
 
@@ -131,7 +133,7 @@ def measures(
     """
     if len(motion) < 2:
         return dict(NONE)
-    seen = observe(motion, obstacles, floor, body, found)
+    seen = observe(motion, obstacles, floor, body, found, skin)
     velocity = np.gradient(motion.root, 1 / motion.fps, axis=0)
     return {
         "air_squat_s": longest(_squats(seen, motion.fps)) / motion.fps,

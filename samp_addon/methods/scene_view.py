@@ -16,6 +16,7 @@ from ..scene.geometry import SceneGeometry, extent
 from ..scene.navmesh import navmesh as navigation
 from ..scene.navmesh import occupied as occupation
 from ..scene.navmesh.occupied import Disc
+from ..scene.navmesh.shared import shared
 from .take import Take
 
 SIDEWAYS = 0.12
@@ -86,4 +87,4 @@ class SceneView:
         if self.target is not None:
             places += extent(self.target)
         cover = np.array(places).reshape(-1, 3)
-        return occupation.without(navigation.build(geometry.triangles, agent, cover=cover), self.occupied)
+        return occupation.without(shared(geometry.triangles, agent, cover), self.occupied)

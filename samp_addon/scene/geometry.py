@@ -180,10 +180,13 @@ def spread_over_surface(
     area = np.cumsum(_positive_areas(triangles) if area is None else area)
     step = np.arange(count)
     index = np.searchsorted(area, (step + 0.5) * (area[-1] / count), side="right").clip(0, len(triangles) - 1)
+    return evenly_inside(triangles, index, step), index
+
+
+def evenly_inside(triangles: np.ndarray, index: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return the points (N, 3) of steps (N,) of a low-discrepancy sequence inside the triangles with indices (N,)."""
     # Powers of the two-dimensional golden ratio: their fractional parts fill the unit square evenly.
-    return _barycentric(
-        triangles[index], (0.5 + step * 0.7548776662) % 1, (0.5 + step * 0.5698402910) % 1
-    ), index
+    return _barycentric(triangles[index], (0.5 + step * 0.7548776662) % 1, (0.5 + step * 0.5698402910) % 1)
 
 
 def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

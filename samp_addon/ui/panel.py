@@ -12,7 +12,7 @@ from ..blender.scene import candidates
 from ..methods import registry
 from ..vocabulary import SEATED
 from . import job_from_settings, method_options
-from .parts import buttons, next_step
+from .parts import buttons, next_step, warm_up
 from .presets import SAMP_PT_presets
 
 # Collections of blender/overlays/goal_arrows.py and waypoints.py, which are not imported for their names alone.
@@ -54,6 +54,7 @@ class SAMP_PT_panel(InSidebar, bpy.types.Panel):
         if len(registry.METHODS) > 1:
             layout.prop(settings, "method")
         method = registry.find(settings.method)
+        warm_up.begin(method.name)
         column, sub_goals = layout.column(align=True), job_from_settings.sub_goals(context)
         if method.actions and not sub_goals:
             column.row(align=True).prop(settings, "action", expand=True)

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from samp_blender.samp_addon.batch import main
@@ -78,11 +79,33 @@ def test_the_page_shows_pictures_measures_and_warnings(tmp_path):
     _, take, failed = reader.rows
     assert len(take) == len(failed) == len(heads) and heads[0] == "Preview"
     named = dict(zip(heads, take, strict=True))
-    assert (named["Line"], named["Success"], named["Position error cm"]) == ("1", "1", "1.25")
+    assert (named["Line"], named["Success"], named["Position error, cm"]) == ("1", "1", "1.25")
+    assert ">1.2</td>" in text, "rounded for the eye, sorted by the whole number"
     assert named["Target"] == 'Sofa "red"' and "squats & hovers" in named["Warnings"]
     assert dict(zip(heads, failed, strict=True))["Message"] == FAILED["message"]
     assert reader.pictures == ["pictures/a%20b.png"]
-    assert "1 takes, 1 failed" in text and "<choose>" not in text and "http" not in text
+    assert "1 take, 1 failed" in text and "<choose>" not in text and "http" not in text
+
+
+def test_the_page_is_in_the_order_of_the_lines():
+    """A failure stands at its line, not behind all takes."""
+    reader = Reader()
+    report = {"variants": [TAKE | {"line": 3}, TAKE], "errors": [FAILED]}
+    reader.feed(page.page(report, Path("/farm/out")))
+    assert [row[1] for row in reader.rows[1:]] == ["1", "2", "3"]
+
+
+@pytest.mark.parametrize(
+    ("name", "title"),
+    [
+        ("foot_slide_cm_s", "Foot slide, cm/s"),
+        ("execution_time_s", "Execution time, s"),
+        ("rotation_error_deg", "Rotation error, degrees"),
+        ("attempts", "Attempts"),
+    ],
+)
+def test_heads_tell_the_unit(name, title):
+    assert page._title(name) == title
 
 
 def test_the_page_sorts():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon.body import human
 from samp_blender.samp_addon.evaluation import collision
-from samp_blender.samp_addon.evaluation.obstacles import Obstacles
+from samp_blender.samp_addon.evaluation.obstacles import Obstacles, shared
 from samp_blender.samp_addon.motion import Motion
-from samp_blender.samp_addon.scene.distance.surface_samples import samples_in_box, without_twins
+from samp_blender.samp_addon.scene.distance.surface_samples import FixedSamples, samples_in_box, without_twins
 from samp_blender.samp_addon.scene.geometry import closest_points
 
 FLOOR = -human.load().floor
@@ -78,6 +78,45 @@ def test_samples_of_a_huge_ground_are_those_in_the_box():
     assert set(owners) <= {0, 1}
     assert samples.min(0)[[0, 2]] == pytest.approx([3, 5], abs=0.05)
     assert samples.max(0)[[0, 2]] == pytest.approx([4, 6], abs=0.05)
+
+
+@pytest.mark.parametrize("name", ["sheet", "wire", "huge", "mesh"])
+def test_fixed_samples_do_not_depend_on_the_box(name):
+    """The samples of a box are those of any box around it, as dense as asked for, and all over it."""
+    rng = np.random.default_rng(0)
+    surfaces = THIN | {
+        "huge": rectangle((-1000.0, 0.0, -1000.0), (1000.0, 0.0, 1000.0)),
+        "mesh": np.concatenate(
+            [rectangle((x, 0.1, 0), (x + 0.01, 0.1, 0.5)) for x in np.arange(0, 0.5, 0.01)]
+        ),
+    }
+    fixed = FixedSamples(surfaces[name])
+    low, high = np.array([0.0, -1.0, -0.1]), np.array([0.4, 1.0, 0.4])
+    (inner, _), (outer, owners) = fixed.within(low, high), fixed.within(low - 1.3, high + 0.7)
+    kept = outer[((outer >= low) & (outer <= high)).all(1)]
+    rows = lambda points: points[np.lexsort(points.T)]
+    np.testing.assert_array_equal(rows(inner), rows(kept))
+    assert len(inner) and len(owners) == len(outer)
+    if name in ("huge", "mesh"):
+        places = rng.uniform(low + [0, 0, 0.1], high, (200, 3))[:, [0, 2]]
+        gaps = np.linalg.norm(places[:, None] - inner[:, [0, 2]], axis=-1).min(1)
+        assert gaps.max() < 0.03
+        area = 0.4 * (0.5 if name == "huge" else 0.4)
+        assert len(inner) == pytest.approx(area / 0.015**2, rel=0.1)
+
+
+def test_equal_triangles_share_obstacles_and_others_do_not():
+    scene = THIN["slats"]
+    assert shared(scene) is shared(scene.copy())
+    assert shared(scene) is not shared(scene + 1.0)
+
+
+def test_a_take_measures_the_same_whatever_was_measured_before():
+    motion, scene = standing(2), THIN["slats"]
+    used = Obstacles(scene)
+    for away in ([2.0, 0.0, 0.0], [-3.0, 0.3, 1.0], [0.2, 0.0, 0.1]):
+        collision.measures(Motion(motion.root + away, motion.rotations), used, 0.0)
+    assert collision.measures(motion, used, 0.0) == collision.measures(motion, Obstacles(scene), 0.0)
 
 
 def test_twins_are_dropped_and_neighbours_kept():

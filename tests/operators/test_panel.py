@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 
 import bpy
@@ -15,9 +16,11 @@ from samp_blender.samp_addon.blender.actions import keyframes, notes
 from samp_blender.samp_addon.blender.character import character, measures
 from samp_blender.samp_addon.blender.running_work import RunningWork
 from samp_blender.samp_addon.blender.scene import read_scene
-from samp_blender.samp_addon.blender.takes import export, judgement, take_list
+from samp_blender.samp_addon.blender.takes import export, judgement, loading, take_list
+from samp_blender.samp_addon.errors import SampError
 from samp_blender.samp_addon.methods import registry
 from samp_blender.samp_addon.ui import job_from_settings, lists, menu, panel, takes
+from samp_blender.samp_addon.ui.parts import warm_up
 from samp_blender.tests.support.blender import rigs
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -446,3 +449,23 @@ def test_steps_of_several_methods():
         ("samp", "walk", "Sofa"), ("long_term", "sit", "Sofa")
     ]  # fmt: skip
     assert dict(job.steps[1].settings)["pause"] == pytest.approx(0.7)
+
+
+def test_networks_are_loaded_once_and_only_beside_a_window(monkeypatch):
+    """Missing weights are reported by the first take, not here."""
+    monkeypatch.setattr(warm_up, "_begun", {})
+    assert warm_up.begin("samp") is None
+    run = warm_up.begin("samp", in_window=True)
+    assert run is warm_up.begin("samp", in_window=True)
+    assert run.wait(120)
+    assert {"torch", "samp_blender.samp_addon.methods.samp.rollout.generator"} <= set(sys.modules)
+
+
+def test_damaged_weights_do_not_stop_loading(monkeypatch):
+    def damaged():
+        raise SampError("The weights are damaged.")
+
+    monkeypatch.setattr(type(registry.find("samp")), "load", lambda self: damaged())
+    run = loading.begin("samp")
+    assert run.wait(60)
+    run.finish(bpy.context)

@@ -18,6 +18,12 @@ SHOWN = (
 )  # fmt: skip
 """Columns of the page; the table has all."""
 
+UNITS = {"cm": "cm", "cm_s": "cm/s", "deg": "degrees", "s": "s"}
+"""Ends of the names of measures, and how they are written."""
+
+DECIMALS = 1
+"""Of the measures; a page is looked at, the table is computed with."""
+
 FILES = ("scene", "output", "preview")
 """Columns that are names of files."""
 
@@ -63,13 +69,13 @@ def write(path: Path, report: Mapping[str, Any]) -> None:
 
 def page(report: Mapping[str, Any], folder: Path) -> str:
     """Return the page's HTML. folder: of the page, for links to files."""
-    table = rows(report)
+    table = sorted(rows(report), key=lambda row: row.get("line", 0))
     known = columns(table)
     names = [name for name in SHOWN if name in known]
     if "preview" in known:
         names.insert(0, "preview")
-    failed = len(report["errors"])
-    summary = f"{len(report['variants'])} takes, {failed} failed"
+    made, failed = len(report["variants"]), len(report["errors"])
+    summary = f"{made} take{'' if made == 1 else 's'}, {failed} failed"
     heads = "".join(f"<th>{html.escape(_title(name))}</th>" for name in names)
     body = "\n".join(_row(row, names, folder) for row in table)
     return (
@@ -81,6 +87,10 @@ def page(report: Mapping[str, Any], folder: Path) -> str:
 
 
 def _title(name: str) -> str:
+    for end in sorted(UNITS, key=len, reverse=True):
+        if name.endswith(f"_{end}"):
+            name = f"{name.removesuffix(f'_{end}')}, {UNITS[end]}"
+            break
     return name.replace("_", " ").capitalize()
 
 
@@ -102,7 +112,8 @@ def _cell(name: str, value: object, folder: Path) -> str:
     if isinstance(value, bool):
         return f'<td data-value="{int(value)}">{"yes" if value else "no"}</td>'
     if isinstance(value, int | float):
-        return f'<td class="number" data-value="{value}">{value:g}</td>'
+        shown = f"{value:.{DECIMALS}f}" if isinstance(value, float) else value
+        return f'<td class="number" data-value="{value}">{shown}</td>'
     return f'<td data-value="{text}">{text}</td>'
 
 

@@ -25,17 +25,22 @@ _FIELD_OF_VIEW = math.radians(40.0)
 class View:
     """A camera direction in degrees. azimuth: from the character's front, positive to its left.
 
-    follow: whether the camera moves with the character; otherwise it is fixed and sees the whole path.
+    follow: whether the camera moves with the character; otherwise it is fixed and sees the whole path. cut: whether
+    what stands between a fixed camera and the path, such as a wall, is cut away.
     """
 
     name: str
     azimuth: float
     elevation: float
     follow: bool = False
+    cut: bool = False
 
 
 VIEWS = (View("front", 35.0, 18.0), View("side", 100.0, 8.0))
 CLOSE_VIEWS = tuple(replace(view, follow=True) for view in VIEWS)
+
+# Share of the picture's half that the space around the path takes.
+_FILLED = 0.85
 
 # Clip objects that are more than this (metres) in front of the character in close-ups.
 _REACH = 0.75
@@ -67,11 +72,21 @@ class Track:
 
 def _aim(camera: bpy.types.Object, view: View, centre: np.ndarray, angle: float, distance: float) -> None:
     """Place the camera around a centre; `angle` is the direction of the front, radians."""
-    turn = angle + math.radians(view.azimuth)
-    tilt = math.radians(view.elevation)
-    outward = Vector((math.cos(turn) * math.cos(tilt), math.sin(turn) * math.cos(tilt), math.sin(tilt)))
+    outward = _outward(view, angle)
     rotation = outward.to_track_quat("Z", "Y").to_matrix().to_4x4()
     camera.matrix_world = Matrix.Translation(Vector(centre) + outward * distance) @ rotation
+
+
+def _outward(view: View, angle: float) -> Vector:
+    """Return the direction from the centre to the camera; `angle` is the direction of the front, radians."""
+    turn, tilt = angle + math.radians(view.azimuth), math.radians(view.elevation)
+    return Vector((math.cos(turn) * math.cos(tilt), math.sin(turn) * math.cos(tilt), math.sin(tilt)))
+
+
+def eye(track: Track, view: View) -> Vector:
+    """Return the place of the fixed camera that sees a whole path from one side."""
+    centre, angle, distance = _framing(track, 0, follow=False)
+    return Vector(centre) + _outward(view, angle) * distance
 
 
 def _framing(track: Track, at: int, follow: bool) -> tuple[np.ndarray, float, float]:
@@ -83,7 +98,12 @@ def _framing(track: Track, at: int, follow: bool) -> tuple[np.ndarray, float, fl
     low, high = track.pelvis.min(0), track.pelvis.max(0)
     centre = (low + high) / 2
     radius = max(float(np.linalg.norm(high - low)) / 2 + 0.85, 1.15)
-    return centre, float(track.front[-1]), 0.85 * radius / math.tan(_FIELD_OF_VIEW / 2)
+    return centre, float(track.front[-1]), _FILLED * radius / math.tan(_FIELD_OF_VIEW / 2)
+
+
+def _radius(distance: float) -> float:
+    """Return the metres around the centre that a fixed camera at a distance is meant to see; see _framing."""
+    return distance * math.tan(_FIELD_OF_VIEW / 2) / _FILLED
 
 
 def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
@@ -143,12 +163,19 @@ def pictures(
         for count, frame in enumerate(frames):
             show(frame)
             centre, angle, distance = _framing(track, frame, view.follow)
-            camera.data.clip_start = distance - _REACH if view.follow else 0.1
+            camera.data.clip_start = _nearest_seen(view, distance)
             _aim(camera, view, centre, angle, distance)
             if labels is not None:
                 workbench.stamp(scene, labels[count])
             tiles.append(workbench.picture(scene))
     return tiles
+
+
+def _nearest_seen(view: View, distance: float) -> float:
+    """Return the metres from the camera at which what it sees begins. distance: to the centre."""
+    if view.follow:
+        return distance - _REACH
+    return distance - _radius(distance) if view.cut else 0.1
 
 
 def tile(tiles: Sequence[np.ndarray], columns: int) -> np.ndarray:

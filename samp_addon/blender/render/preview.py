@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Vector
 
 from ...atomic_file import atomic_write
 from ...errors import SampError
@@ -17,12 +20,19 @@ from . import contact_sheet, workbench
 
 EVERY = 10  # frames between those in which a rig of another kind is looked at
 MOMENTS, COLUMNS = 4, 2
+SIDES = (0.0, -70.0, 65.0, -135.0, 130.0, 180.0)
+"""Degrees about the character from the usual view to those that are tried where furniture or a wall is in the way."""
+
+NEAR = 0.5
+"""Metres from the pelvis within which a ray from the camera counts as having met the body."""
+
 TILE = 238
 """Pixels; with the gap, two columns are 480 wide."""
 
 
 def write(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
-    """Write a PNG of 480 x 480 pixels: four moments of a take, from its start to its end, seen from the front.
+    """Write a PNG of 480 x 480 pixels: four moments of a take, from its start to its end, seen from the front, or from
+    where furniture and walls do not hide it.
 
     Changes the open scene's render settings and frame, and the character's active Action; save the file before. Raise
     SampError where pictures cannot be rendered or written.
@@ -32,19 +42,38 @@ def write(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types
     track = _track(scene, owner, action)
     first = int(action.frame_range[0])
     moments = np.linspace(0, len(track.pelvis) - 1, MOMENTS).round().astype(int).tolist()
+    view = best_view(context, [(first + moment, track.pelvis[moment]) for moment in moments], track)
     tiles = contact_sheet.pictures(
-        scene,
-        track,
-        moments,
-        lambda frame: scene.frame_set(first + frame),
-        contact_sheet.VIEWS[0],
-        size=(TILE, TILE),
+        scene, track, moments, lambda frame: scene.frame_set(first + frame), view, size=(TILE, TILE)
     )
     try:
         with atomic_write(path) as part:
             workbench.write_png(part, contact_sheet.tile(tiles, COLUMNS))
     except (OSError, RuntimeError) as error:
         raise SampError(f"'{path}' cannot be written ({error}); choose another --preview.") from error
+
+
+def best_view(
+    context: bpy.types.Context, moments: Sequence[tuple[int, np.ndarray]], track: contact_sheet.Track
+) -> contact_sheet.View:
+    """Return the view that sees the body at most moments, (frame, pelvis (3,)); what hides it still is cut away."""
+    usual = contact_sheet.VIEWS[0]
+    views = [replace(usual, azimuth=usual.azimuth + side) for side in SIDES]
+    seen = np.zeros(len(views), int)
+    for frame, pelvis in moments:
+        context.scene.frame_set(frame)
+        seen += [_is_seen(context, contact_sheet.eye(track, view), Vector(pelvis)) for view in views]
+    best = int(seen.argmax())
+    return replace(views[best], cut=bool(seen[best] < len(moments)))
+
+
+def _is_seen(context: bpy.types.Context, eye: Vector, pelvis: Vector) -> bool:
+    """Return whether nothing is between a camera and the body around a pelvis."""
+    away = pelvis - eye
+    hit, *_ = context.scene.ray_cast(
+        context.evaluated_depsgraph_get(), eye, away.normalized(), distance=max(away.length - NEAR, 0.0)
+    )
+    return not hit
 
 
 def _track(scene: bpy.types.Scene, owner: bpy.types.Object, action: bpy.types.Action) -> contact_sheet.Track:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from contextlib import suppress
 
+from ...errors import SampError
 from ...methods import registry
 from ...progress import Progress
 from ..thread_run import ThreadRun, one_slice
 
 
 def begin(method: str = registry.DEFAULT) -> ThreadRun:
-    """Start to load a method's networks. Where a package is missing, the work that needs it reports that later."""
+    """Start to load a method's networks. Where a package or a file is missing, the work that needs it reports that
+    later."""
 
     def work(progress: Progress) -> None:
         progress("Loading", 0.0)
-        with suppress(ImportError, OSError):
+        with suppress(ImportError, OSError, SampError):
             from ..actions import refine_action  # noqa: F401
             from . import baking  # noqa: F401
 

@@ -85,8 +85,12 @@ class Samp:
         return tuple(name for name in wanted if name not in postures.NEEDS_PLACE or name in there)
 
     def load(self) -> None:
-        """Import torch and the rollout."""
+        """Import torch and the rollout, and read the weights. Raise SampError where they are damaged."""
         self._tools()
+        from .load_networks import load_goal_net, load_motion_net
+
+        load_motion_net()
+        load_goal_net()
 
     def generate(
         self, step: Step, scene: SceneView, draws: Sequence[Draw], progress: Progress

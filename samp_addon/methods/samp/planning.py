@@ -87,7 +87,7 @@ class Planner:
             goal=goal,
             waypoints=waypoints,
             object_triangles=self.scene.target if seated else None,
-            object_yaw=self._front if seated else 0.0,
+            object_front=lambda: self._front,
             seed=draw.noise,
             hold_seconds=self.step.hold * self.step.speed,
             style=self.step.style,

@@ -17,15 +17,15 @@ class Request:
 
     start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of vocabulary.ACTIONS.
     goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
-    from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_yaw: its front.
-    seed: of all that is drawn; latent_seed: of z alone, if that is to differ. hold_seconds: how long the action is held
-    at the end. style: standard deviation of the noise z, 0.1 as in SAMP. after: the motion that the take continues, at
-    30 fps; without it the character stands at
-    the start. remarks: sentences for the artist about what was asked for and is not done exactly. ground: returns
-    the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even ground. free: where
-    the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which a body fits.
-    posture: of the rest, see postures.py; drawn if empty. posture_places: returns the
-    postures for which there is a place; only networks that know postures ask. flights: of stairs, on the way-points.
+    from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_front: returns the yaw
+    of its front, which takes a while; only networks whose grids are not drawn around the goal ask. seed: of all that is
+    drawn; latent_seed: of z alone, if that is to differ. hold_seconds: how long the action is held at the end. style:
+    standard deviation of the noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it
+    the character stands at the start. remarks: sentences for the artist about what was asked for and is not done
+    exactly. ground: returns the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even
+    ground. free: where the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which
+    a body fits. posture: of the rest, see postures.py; drawn if empty. posture_places: returns the postures for which
+    there is a place; only networks that know postures ask. flights: of stairs, on the way-points.
     """
 
     start_position: np.ndarray
@@ -34,7 +34,7 @@ class Request:
     goal: Goal
     waypoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     object_triangles: np.ndarray | None = None
-    object_yaw: float = 0.0
+    object_front: Callable[[], float] = float
     seed: int = 0
     hold_seconds: float = 2.0
     style: float = 0.1

@@ -46,6 +46,9 @@ LARGE = 64.0
 AROUND = 3.0
 """Metres around the free points that are computed of a large scene."""
 
+CHUNK = 50_000
+"""Points whose distances are computed together, few enough for the processor's cache."""
+
 CACHED = 4
 """Number of scenes in the cache."""
 
@@ -128,22 +131,26 @@ class SignedDistance:
         distance, slope = np.full(len(points), BAND), np.zeros((len(points), 3))
         if self._empty or len(points) == 0:
             return distance, slope
-        at = (points - self._low) / (CELL * BLOCK)
-        block = np.floor(at).astype(int)
-        some = np.flatnonzero(((block >= 0) & (block < self._shape)).all(-1))
-        if len(some) == 0:
-            return distance, slope
-        block = block[some]
-        self._make(block)
-        number = self._number[tuple(block.T)]
-        local = (at[some] - block) * BLOCK
-        cell = np.minimum(local.astype(int), BLOCK - 1)
-        distance[some], slope[some] = _trilinear(self._values, number, cell, local - cell)
+        parts = [slice(first, first + CHUNK) for first in range(0, len(points), CHUNK)]
+        self._make(np.unique(np.concatenate([self._located(points[part])[1] for part in parts])))
+        for part in parts:
+            rows, flat, local = self._located(points[part])
+            cell = np.minimum(local.astype(int), BLOCK - 1)
+            number = self._number.reshape(-1)[flat]
+            distance[part][rows], slope[part][rows] = _trilinear(self._values, number, cell, local - cell)
         return distance, slope
 
-    def _make(self, blocks: np.ndarray) -> None:
-        """Compute those of the blocks (N, 3) that are missing, tile by tile."""
-        flat = np.unique(np.ravel_multi_index(tuple(blocks.T), self._shape))
+    def _located(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return which of points (N, 3) are in a block (M,), its number among all (M,), and where they are in it, in
+        cells (M, 3)."""
+        at = (points - self._low) / (CELL * BLOCK)
+        block = np.floor(at).astype(int)
+        rows = np.flatnonzero(((block >= 0) & (block < self._shape)).all(-1))
+        block = block[rows]
+        return rows, np.ravel_multi_index(tuple(block.T), self._shape), (at[rows] - block) * BLOCK
+
+    def _make(self, flat: np.ndarray) -> None:
+        """Compute those of the blocks with numbers (N,) that are missing, tile by tile."""
         flat = flat[self._number.reshape(-1)[flat] == 0]
         if len(flat) == 0:
             return

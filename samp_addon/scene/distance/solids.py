@@ -23,7 +23,7 @@ MARGIN = 0.1
 _DIRECTIONS, _UP = 6, 2
 """Number of directions of rays, and the one that points up."""
 
-_SPACING = 0.02
+SAMPLED = 0.02
 """Metres between the surface samples that find the closest triangles."""
 
 _NUDGE = np.array([1.7e-4, 2.9e-4])
@@ -155,11 +155,10 @@ def _edge(start: np.ndarray, end: np.ndarray, at: np.ndarray) -> np.ndarray:
 class Surface:
     """A surface for exact distance queries."""
 
-    def __init__(self, triangles: np.ndarray) -> None:
-        """triangles: (F, 3, 3)."""
-        area = np.linalg.norm(area_vectors(triangles), axis=-1)
-        count = int(np.clip(area.sum() / _SPACING**2, 1000, 2_000_000))
-        self._samples, self._owners = spread_over_surface(triangles, count, area)
+    def __init__(self, triangles: np.ndarray, sampled: tuple[np.ndarray, np.ndarray] | None = None) -> None:
+        """triangles: (F, 3, 3). sampled: samples (N, 3) of them, SAMPLED metres apart, and their triangles (N,), where
+        only a part of the surface is asked about."""
+        self._samples, self._owners = sampled or _spread(triangles)
         self._columns = np.ascontiguousarray(self._samples.T)
         # Compact, balanced nodes: points deep inside a solid are equally far from much of its surface.
         self._tree = cKDTree(self._samples)
@@ -172,7 +171,7 @@ class Surface:
 
         Distances beyond ``reach`` are infinite. neighbours: surface samples per point whose triangles are tested.
         """
-        near, index = self._tree.query(points, k=neighbours, distance_upper_bound=reach + 2 * _SPACING)
+        near, index = self._tree.query(points, k=neighbours, distance_upper_bound=reach + 2 * SAMPLED)
         result, places = np.full(len(points), np.inf), points.copy()
         owners = self._owners[np.minimum(index, len(self._owners) - 1)]
         for k in range(neighbours):
@@ -188,9 +187,9 @@ class Surface:
     def candidates(self, points: np.ndarray, reach: float = PITCH) -> np.ndarray:
         """Flag, conservatively and fast, the points (N,) of (N, 3) that may lie within reach of the surface."""
         low, high = extent(points)
-        cell = max(2 * _SPACING, reach)
+        cell = max(2 * SAMPLED, reach)
         shape = np.floor((high - low) / cell).astype(int) + 1
-        near = self.near_cells(low, shape, cell, cell - _SPACING)
+        near = self.near_cells(low, shape, cell, cell - SAMPLED)
         return near[tuple(np.floor((points - low) / cell).astype(np.int64).T)]
 
     def near_cells(self, low: np.ndarray, shape: np.ndarray, cell: float, reach: float) -> np.ndarray:
@@ -198,7 +197,7 @@ class Surface:
 
         low: (3,) lowest corner of the grid. cell: side of a cell, metres.
         """
-        pad = math.ceil((reach + _SPACING) / cell)
+        pad = math.ceil((reach + SAMPLED) / cell)
         start, full = low - pad * cell, shape + 2 * pad
         within = np.ones(len(self._samples), bool)
         for k, column in enumerate(self._columns):  # numpy reduces a short last axis slowly
@@ -210,6 +209,13 @@ class Surface:
             marked = _dilate(np.moveaxis(marked, axis, 0), pad)
             marked = np.moveaxis(marked, 0, axis)
         return marked
+
+
+def _spread(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return samples (N, 3) of triangles (F, 3, 3), SAMPLED metres apart, and the triangles (N,) of each."""
+    area = np.linalg.norm(area_vectors(triangles), axis=-1)
+    count = int(np.clip(area.sum() / SAMPLED**2, 1000, 2_000_000))
+    return spread_over_surface(triangles, count, area)
 
 
 def _dilate(flags: np.ndarray, by: int) -> np.ndarray:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry import areas, spread_over_surface
+from ..geometry import areas, evenly_inside, in_box, spread_over_surface
 from .orientation import HASH_FACTORS, WELD, orient_outward
 
 SPACING = 0.015
@@ -18,6 +18,9 @@ LONGEST_EDGE = 0.5
 
 MOST_SAMPLES = 2_000_000
 """Upper limit of the samples in a box; beyond it they are farther apart."""
+
+FEWEST_SAMPLES = 1000
+"""Samples of a whole surface; they are closer together where it is small."""
 
 
 def without_twins(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -46,7 +49,7 @@ def samples_in_box(
     triangles: np.ndarray, low: np.ndarray, high: np.ndarray, spacing: float = SPACING
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return surface samples (N, 3) in the box from low (3,) to high (3,), and their triangles' indices (N,)."""
-    parts, owners = _divided(triangles, low, high)
+    parts, owners, _ = _divided(triangles, low, high)
     area = areas(parts)
     total = float(area.sum())
     if total < spacing**2 / 4:
@@ -57,25 +60,60 @@ def samples_in_box(
     return samples[inside], owners[index[inside]]
 
 
-def _divided(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the parts (N, 3, 3), of short edges, of the triangles that overlap a box, and their owners (N,)."""
+class FixedSamples:
+    """Samples of a surface at fixed places: what a box holds does not depend on the boxes that were asked for before.
+
+    Every triangle has a range of the surface's whole area, and its halves have the halves of that range; the samples
+    are at equal steps of it.
+    """
+
+    def __init__(self, triangles: np.ndarray, spacing: float = SPACING) -> None:
+        """triangles: (F, 3, 3). spacing: metres between samples; small surfaces have FEWEST_SAMPLES."""
+        self._triangles = triangles
+        self._area = areas(triangles)
+        self._before = np.cumsum(self._area) - self._area
+        self._step = min(spacing**2, float(self._area.sum()) / FEWEST_SAMPLES)
+
+    def within(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the samples (N, 3) in the box from low (3,) to high (3,), and their triangles' indices (N,)."""
+        parts, owners, ranges = _divided(self._triangles, low, high)
+        if self._step <= 0 or not len(parts):
+            return np.zeros((0, 3)), np.zeros(0, int)
+        ends = (self._before[owners] + ranges * self._area[owners]) / self._step
+        first, last = np.ceil(ends - 0.5).astype(np.int64)
+        every = max(1, int(np.ceil((last - first).sum() / MOST_SAMPLES)))
+        first, last = -(-first // every), -(-last // every)
+        count = last - first
+        index = np.repeat(np.arange(len(parts)), count)
+        step = np.arange(len(index)) + np.repeat(first - np.cumsum(count) + count, count)
+        samples = evenly_inside(parts, index, every * step)
+        inside = in_box(samples, low, high)
+        return samples[inside], owners[index[inside]]
+
+
+def _divided(
+    triangles: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the parts (N, 3, 3), of short edges, of the triangles that overlap a box, their owners (N,), and where
+    in the owner's area each begins and ends (2, N), from 0 to 1."""
     owners = np.flatnonzero(_overlap(triangles, low, high))
-    parts = triangles[owners].astype(np.float64)
-    done, whose = [], []
+    parts, ranges = triangles[owners].astype(np.float64), np.repeat([[0.0], [1.0]], len(owners), 1)
+    done = []
     while len(parts):
         edges = np.roll(parts, -1, axis=1) - parts
         long = np.square(edges).sum(-1).max(1) > LONGEST_EDGE**2
         # Small and overlapping: kept whole, the samples outside of the box are dropped later.
-        done.append(parts[~long])
-        whose.append(owners[~long])
-        parts, owners = parts[long], owners[long]
+        done.append((parts[~long], owners[~long], ranges[:, ~long]))
+        parts, owners, (begin, end) = parts[long], owners[long], ranges[:, long]
         if not len(parts):
             break
-        parts, owners = _halves(parts, edges[long]), np.tile(owners, 2)
+        parts, owners, middle = _halves(parts, edges[long]), np.tile(owners, 2), (begin + end) / 2
+        ranges = np.stack([np.r_[begin, middle], np.r_[middle, end]])
         near = _overlap(parts, low, high)
-        parts, owners = parts[near], owners[near]
-    empty = np.zeros((0, 3, 3)), np.zeros(0, int)
-    return (np.concatenate(done), np.concatenate(whose)) if done else empty
+        parts, owners, ranges = parts[near], owners[near], ranges[:, near]
+    if not done:
+        return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros((2, 0))
+    return tuple(np.concatenate(of, axis=-1 if of[0].ndim == 2 else 0) for of in zip(*done, strict=True))
 
 
 def _halves(triangles: np.ndarray, edges: np.ndarray) -> np.ndarray:

@@ -12,8 +12,6 @@ import numpy as np
 from .. import geometry
 from . import lattice
 
-DENSEST_GRID = 64_000_000
-"""Cells of the largest grid that is processed as one dense array; larger ones are sorted instead."""
 BUMP = 0.05
 """Metres. Steep surfaces this close above walkable ground (a carpet's pile) do not block it."""
 OPEN_SKY = 1 << 30
@@ -90,9 +88,9 @@ class Places:
 
 def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
     """Return the cells that triangles (F, 3, 3) pass through. slope: of the steepest walkable ground, radians."""
-    vectors = geometry.area_vectors(triangles)
+    x, y, z = geometry.area_vectors(triangles).T
     # Either side may face up: the normals of artists' meshes are unreliable.
-    even = np.square(vectors[:, 1]) >= np.cos(slope) ** 2 * np.einsum("fi,fi->f", vectors, vectors)
+    even = y * y >= np.cos(slope) ** 2 * (x * x + y * y + z * z)
     points, owner = lattice.sample_triangles(triangles, grid.cell * 0.7)
     x, y, z = points.T
     ix, iz = (x - grid.corner[0]) / grid.cell, (z - grid.corner[2]) / grid.cell
@@ -107,21 +105,18 @@ def _distinct(
 ) -> Solid:
     levels = int(level.max(initial=0)) + 1
     key = column * levels + level
-    size = grid.shape[0] * grid.shape[1] * levels
-    if size <= DENSEST_GRID:
-        # Indices start at one: memory of a zeroed array is allocated only where it is written.
-        point = np.zeros(size, dtype=np.int32)
-        point[key] = np.arange(1, len(key) + 1)
-        # Walkable ground takes precedence over a chair leg that ends in the same cell.
-        even = np.flatnonzero(flat)
-        point[key[even]] = even + 1
-        cells = np.flatnonzero(point)
-        chosen = point[cells] - 1
+    bits = len(key).bit_length()
+    # Walkable ground takes precedence over a chair leg that ends in the same cell; of equals the last one is taken.
+    if grid.shape[0] * grid.shape[1] * levels < 1 << (61 - bits):
+        # Sorted as numbers that contain their index, several times as fast as finding the order of the keys.
+        order = np.sort(((key * 2 + flat) << bits) + np.arange(len(key)))
+        key, chosen = order >> (bits + 1), order & ((1 << bits) - 1)
     else:
-        order = np.lexsort((~flat, key))
-        cells, first = np.unique(key[order], return_index=True)
-        chosen = order[first]
-    column, level = np.divmod(cells, levels)
+        chosen = np.lexsort((flat, key))
+        key = key[chosen]
+    last = np.flatnonzero(np.append(key[1:] != key[:-1], True)[: len(key)])
+    column, level = np.divmod(key[last], levels)
+    chosen = chosen[last]
     return Solid(column, level, height[chosen], flat[chosen])
 
 

@@ -176,13 +176,14 @@ def build(
     box, ground_height = _box(triangles, cover, cell), floor_height
     if box is not None:
         triangles = lattice.clip_to_box(triangles, *box)
+    corners = cover if len(cover) and not len(triangles) else geometry.bounds(triangles)
     if ground_height is None:
-        low, high = geometry.bounds(triangles)
+        low, high = corners if len(triangles) else geometry.bounds(triangles)
         grid, solid = _solid(triangles, low, high, box, cell, agent)
         places = heightfield.standing_places(solid, grid, agent.height)
         ground_height = None if _has_floor(places, solid, grid) else float(low[1])
     if ground_height is not None:
-        margin = _with_margin(triangles, cover, ground_height)
+        margin = _with_margin(np.concatenate([corners, cover]), ground_height)
         if floor_height is None and box is None and _columns(*margin, grid.cell) <= MAX_COLUMNS:
             # The solid cells are known already.
             wide = grid.widened(*margin)
@@ -241,13 +242,16 @@ def _main_part(parts: np.ndarray, away: np.ndarray) -> int:
 
 def _box(triangles: np.ndarray, cover: np.ndarray, cell: float) -> np.ndarray | None:
     """Return corners (2, 3) of the box to which a large scene is cropped around ``cover``, or None if all fits."""
-    if len(triangles) == 0 or len(cover) == 0:
-        return None
-    if _columns(*geometry.bounds(triangles), cell) <= MAX_COLUMNS:
+    if len(triangles) == 0 or len(cover) == 0 or fits(triangles, cell):
         return None
     half = np.maximum(np.ptp(cover, axis=0) / 2 + DETOUR, math.sqrt(MAX_COLUMNS) * cell / 2)
     middle = (cover.min(axis=0) + cover.max(axis=0)) / 2
     return np.stack([middle - half, middle + half])
+
+
+def fits(triangles: np.ndarray, cell: float = CELL) -> bool:
+    """Return whether a scene (F, 3, 3) is small enough for one grid, and so is not cropped."""
+    return _columns(*geometry.bounds(triangles), cell) <= MAX_COLUMNS
 
 
 def _columns(low: np.ndarray, high: np.ndarray, cell: float) -> float:
@@ -279,11 +283,8 @@ def _has_floor(places: heightfield.Places, solid: heightfield.Solid, grid: Grid)
     return bool(low_enough and share > FLOOR_SHARE)
 
 
-def _with_margin(triangles: np.ndarray, cover: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return corners of a box around the scene and the points of ``cover``, with a margin to walk around both."""
-    points = np.concatenate(
-        [geometry.bounds(triangles) if len(triangles) or not len(cover) else cover, cover]
-    )
+def _with_margin(points: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return corners of a box around the points (N, 3) of a scene, with a margin to walk around it."""
     margin = np.array([GROUND_MARGIN, 0.0, GROUND_MARGIN])
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     return np.minimum(low, [np.inf, floor, np.inf]), np.maximum(high, [-np.inf, floor, -np.inf])

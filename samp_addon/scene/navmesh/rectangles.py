@@ -95,37 +95,28 @@ def _grow(along_x: bytearray, along_z: bytearray, width: int, x: int, z: int) ->
     """
     x0 = x1 = x
     z0 = z1 = z
-
-    def passable(table: bytearray, row: int, column: int, rows: int, columns: int) -> bool:
-        start = row * width + column
-        if rows == 1:
-            return table.find(0, start, start + columns) < 0
-        return 0 not in table[start : start + (rows - 1) * width + 1 : width]
-
-    growing = [True] * 4
-    while any(growing):
-        rows, columns = x1 - x0 + 1, z1 - z0 + 1
-        if growing[0]:
-            growing[0] = passable(along_x, x1, z0, 1, columns) and passable(
-                along_z, x1 + 1, z0, 1, columns - 1
-            )
-            x1 += growing[0]
-        if growing[2]:
-            growing[2] = passable(along_x, x0 - 1, z0, 1, columns) and passable(
-                along_z, x0 - 1, z0, 1, columns - 1
-            )
-            x0 -= growing[2]
-        rows = x1 - x0 + 1
-        if growing[1]:
-            growing[1] = passable(along_z, x0, z1, rows, 1) and (
-                rows == 1 or passable(along_x, x0, z1 + 1, rows - 1, 1)
-            )
-            z1 += growing[1]
-        if growing[3]:
-            growing[3] = passable(along_z, x0, z0 - 1, rows, 1) and (
-                rows == 1 or passable(along_x, x0, z0 - 1, rows - 1, 1)
-            )
-            z0 -= growing[3]
+    # Written out, because a room has tens of thousands of these tests. Empty ranges are passable.
+    in_x, in_z = along_x.find, along_z.find
+    up = down = left = right = True
+    while up or down or left or right:
+        columns = z1 - z0 + 1
+        if up:
+            row = x1 * width + z0
+            up = in_x(0, row, row + columns) < 0 and in_z(0, row + width, row + width + columns - 1) < 0
+            x1 += up
+        if down:
+            row = (x0 - 1) * width + z0
+            down = in_x(0, row, row + columns) < 0 and in_z(0, row, row + columns - 1) < 0
+            x0 -= down
+        begin, end = x0 * width, x1 * width + 1
+        if right:
+            right = 0 not in along_z[begin + z1 : end + z1 : width]
+            right = right and 0 not in along_x[begin + z1 + 1 : end - width + z1 + 1 : width]
+            z1 += right
+        if left:
+            left = 0 not in along_z[begin + z0 - 1 : end + z0 - 1 : width]
+            left = left and 0 not in along_x[begin + z0 - 1 : end - width + z0 - 1 : width]
+            z0 -= left
     for row in range(x0 - 1, x1 + 1):
         along_x[row * width + z0 : row * width + z1 + 1] = bytes(z1 - z0 + 1)
     for row in range(x0, x1 + 1):

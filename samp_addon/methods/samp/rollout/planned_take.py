@@ -146,9 +146,10 @@ def _objects(takes: Sequence[PlannedTake], goal_grid: bool) -> tuple[np.ndarray,
             yaw = float(frames.direction_yaw(np.asarray(request.goal.direction)))
             grid = InteractionGrid.around(request.object_triangles, request.goal.position, yaw, floor)
         else:
-            key = id(request.object_triangles), request.object_yaw
+            front = request.object_front()
+            key = id(request.object_triangles), front
             if key not in grids:
-                grids[key] = InteractionGrid.build(request.object_triangles, request.object_yaw)
+                grids[key] = InteractionGrid.build(request.object_triangles, front)
             grid = grids[key]
         centres[k] = grid.centres - np.array([0.0, floor, 0.0])
         occupancy[k] = grid.occupancy

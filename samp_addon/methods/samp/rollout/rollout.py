@@ -26,6 +26,7 @@ POSTURE_TOLERANCE = 0.5
 GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
+_PARENTS = torch.as_tensor(skeleton.PARENTS[1 : state.JOINTS])
 _PER_TAKE = (
     "style", "held_z", "centres", "occupancy", "postures", "joints", "matrices", "velocities", "contacts", "past_roots",
     "past_actions", "past_goals", "roots", "future_roots", "future_actions",
@@ -94,12 +95,14 @@ class Rollout:
 
     def _forward(self, pelvis: torch.Tensor, matrices: torch.Tensor) -> torch.Tensor:
         """Return the world joints (B, 22, 3) of pelvis (B, 3) and global matrices (B, 22, 3, 3)."""
-        parents = torch.as_tensor(skeleton.PARENTS[1 : state.JOINTS])
-        arms = (matrices[:, parents] @ self.bones[1:, :, None])[..., 0]
-        joints = [pelvis]
+        arms = (matrices[:, _PARENTS] @ self.bones[1:, :, None])[..., 0].numpy()
+        joints = np.empty(
+            (len(pelvis), state.JOINTS, 3), np.float32
+        )  # in numpy, whose small steps are cheaper
+        joints[:, 0] = pelvis.numpy()
         for j in range(1, state.JOINTS):
-            joints.append(joints[skeleton.PARENTS[j]] + arms[:, j - 1])
-        return torch.stack(joints, 1)
+            joints[:, j] = joints[:, skeleton.PARENTS[j]] + arms[:, j - 1]
+        return torch.from_numpy(joints)
 
     def select(self, rows: torch.Tensor) -> Rollout:
         """Return the rollout of some of the takes."""
@@ -137,6 +140,8 @@ class Rollout:
     def _object(self) -> torch.Tensor:
         """Return the features (B, 2048 + postures) of objects; zero while the goal in force is not on an object."""
         wanted = self.past_goals[:, -1, 9:11].sum(-1, keepdim=True)
+        if not wanted.any():
+            return torch.zeros(len(wanted), 4 * self.centres.shape[1] + self.postures.shape[1])
         seen = state.interaction_features(self.centres, self.occupancy, self.roots)
         return torch.cat([seen, self.postures], -1) * wanted
 
@@ -176,9 +181,8 @@ class Rollout:
         before = self.roots
         pose = y[:, state.POSE].reshape(-1, state.JOINTS, 4, 3)
         trajectory = y[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)
-        spread = before[:, 2:].expand(-1, state.SAMPLES)
-        positions = state.turn(trajectory[..., 0:2], spread) + before[:, None, :2]
-        yaws = torch.atan2(trajectory[..., 2], trajectory[..., 3]) + spread
+        positions = state.turn(trajectory[..., 0:2], before[:, 2:]) + before[:, None, :2]
+        yaws = torch.atan2(trajectory[..., 2], trajectory[..., 3]) + before[:, 2:]
         window = torch.cat([positions, yaws[..., None]], -1)
         self.roots = window[:, state.NOW]
         self._pose(pose, before)
@@ -203,15 +207,13 @@ class Rollout:
         self.joints = (self.joints - corner[:, None]) @ about.mT + (corner + offset)[:, None]
         self.velocities = self.velocities @ about.mT
         self.roots = torch.cat([pivot + shift, self.roots[:, 2:] + angle[:, None]], -1)
-        spread = angle[:, None].expand(-1, FUTURE)
-        places = state.turn(future[..., :2] - pivot[:, None], spread) + (pivot + shift)[:, None]
-        return torch.cat([places, future[..., 2:] + spread[..., None]], -1)
+        places = state.turn(future[..., :2] - pivot[:, None], angle[:, None]) + (pivot + shift)[:, None]
+        return torch.cat([places, future[..., 2:] + angle[:, None, None]], -1)
 
     def _pose(self, pose: torch.Tensor, before: torch.Tensor) -> None:
         """Set joints, matrices and velocities from the predicted pose, given in the frame of the previous roots."""
-        yaw = before[:, 2]
-        world = state.turn3(pose, yaw[:, None, None].expand(pose.shape[:3]))
-        pelvis = world[:, 0, 0] + torch.stack([before[:, 0], torch.zeros_like(yaw), before[:, 1]], -1)
+        world = state.turn3(pose, before[:, 2, None, None])
+        pelvis = world[:, 0, 0] + state.on_floor(before)
         self.velocities = world[:, :, 3]
         forward = torch.nn.functional.normalize(world[:, :, 1], dim=-1)
         up = world[:, :, 2]
@@ -223,11 +225,10 @@ class Rollout:
     def _towards_goal(self, future: torch.Tensor, y: torch.Tensor) -> torch.Tensor:
         """Blend the predicted path (B, 6, 3) with the one predicted in the goal's frame, more so near the goal."""
         goal = self.past_goals[:, -1]
-        yaw = torch.atan2(goal[:, 3], goal[:, 5])
+        yaw = torch.atan2(goal[:, 3], goal[:, 5])[:, None]
         relative = y[:, state.GOAL_TRAJECTORY].reshape(-1, state.SAMPLES, 4)[:, state.NOW + 1 :]
-        spread = yaw[:, None].expand(-1, FUTURE)
-        positions = state.turn(relative[..., :2], spread) + goal[:, None, [0, 2]]
-        facing = torch.atan2(relative[..., 2], relative[..., 3]) + spread
+        positions = state.turn(relative[..., :2], yaw) + goal[:, None, [0, 2]]
+        facing = torch.atan2(relative[..., 2], relative[..., 3]) + yaw
         squared = (self.roots[:, :2] - goal[:, [0, 2]]).square().sum(-1, keepdim=True)
         share = torch.arange(1, FUTURE + 1) / (FUTURE + 1)
         weight = share[None] ** (GOAL_PULL * squared)
