@@ -32,7 +32,6 @@ from ..samp_addon.batch.farm.chunks import Chunk, Work, bake_chunk, chunks
 ROOT = Path(__file__).resolve().parent.parent
 BAKE = ROOT / "bake.py"
 TARGETS = ("Sofa", "Armchair")
-HOLD = 4  # seconds; the take is then about ten seconds long
 WAYS = ("one", "parts", "openjd", "dask")
 PAGE = 4096  # bytes
 
@@ -48,15 +47,15 @@ class Setting:
     kill_every: float | None
 
 
-def prepare(folder: Path, lines: int, scene: Path | None) -> None:
-    """Write room.blend and night.jsonl. scene: another room with a Sofa and an Armchair."""
+def prepare(folder: Path, lines: int, scene: Path | None, hold: float) -> None:
+    """Write room.blend and night.jsonl. scene: another room with a Sofa and an Armchair. hold: seconds."""
     room = folder / "room.blend"
     if scene is not None:
         shutil.copy(scene, room)
     else:
         build = f"import bpy, runpy; runpy.run_path({str(ROOT / 'demo' / 'build_room.py')!r}, run_name='__main__')"
         subprocess.run([sys.executable, "-c", build, str(room)], check=True, stdout=subprocess.DEVNULL)
-    shared = {"scene": "room.blend", "action": "sit", "hold": HOLD}
+    shared = {"scene": "room.blend", "action": "sit", "hold": hold}
     jobs = [shared | {"target": TARGETS[seed % len(TARGETS)], "seed": seed} for seed in range(lines)]
     (folder / "night.jsonl").write_text("".join(json.dumps(job) + "\n" for job in jobs))
 
@@ -200,13 +199,16 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2, help="processes of parts and dask")
     parser.add_argument("--chunk", type=int, default=10, help="lines for each task of openjd and dask")
     parser.add_argument("--kill-every", type=float, help="seconds between two kills of a worker of dask")
+    parser.add_argument(
+        "--hold", type=float, default=4, help="seconds on the seat; with 4, takes have about ten"
+    )
     parser.add_argument("--scene", type=Path, help="room with a Sofa and an Armchair (default: the demo's)")
     parser.add_argument("--folder", type=Path, help="working folder (default: a temporary one)")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = (given.folder or Path(name)).absolute()
         folder.mkdir(parents=True, exist_ok=True)
-        prepare(folder, given.lines, given.scene)
+        prepare(folder, given.lines, given.scene, given.hold)
         setting = Setting(folder, given.lines, given.workers, given.chunk, given.kill_every)
         found, seconds, cores, notes = {}, {}, {}, {}
         for way in given.ways:
