@@ -113,7 +113,7 @@ def test_a_leg_does_not_snap_straight(monkeypatch):
     one = corrections.Correction(FEET[0], kick, np.zeros(40, bool))
 
     def snap():
-        moved = corrections.apply(motion, [one], lambda tips: np.zeros(len(tips)))
+        moved = corrections.apply(motion, [one], lambda tips: np.zeros(len(tips)), eased=True)
         angles = 2 * np.arccos(np.clip(np.abs(moved.rotations[:, KNEES[0], 0]), 0, 1))
         return np.abs(np.diff(angles, 2)).max()
 

@@ -9,8 +9,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from ...samp_addon import rotation
 from ...samp_addon.motion import Motion
-from ...samp_addon.refine.feet.foot_lock import lock_feet
+from ...samp_addon.refine.feet.foot_lock import LABELLED, lock_feet
 from .clip_files import Clip
+
+CHANGED = replace(LABELLED, steps=False)  # the steps of captured people are their own
 
 
 def paced(clip: Clip, factor: float) -> Clip:
@@ -49,5 +51,5 @@ def bent(clip: Clip, curvature: float) -> Clip:
 def relocked(clip: Clip) -> Clip:
     """Return the clip with its feet locked again after changes."""
     contacts = np.column_stack([np.zeros((len(clip), 3)), clip.feet])
-    locked = lock_feet(Motion(clip.root, clip.rotations, contacts=contacts))
+    locked = lock_feet(Motion(clip.root, clip.rotations, contacts=contacts), settings=CHANGED)
     return replace(clip, root=locked.root, rotations=rotation.continuous(locked.rotations))

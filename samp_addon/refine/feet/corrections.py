@@ -108,11 +108,13 @@ def apply(
     corrections: Sequence[Correction],
     ground: Callable[[np.ndarray], np.ndarray],
     drop_share: np.ndarray | float = 1.0,
+    eased: bool = False,
 ) -> Motion:
     """Move the feet by their corrections, by inverse kinematics of the legs, and bend toes out of the ground.
 
     ground: returns the heights (T,) of the ground at the tips of the toes (T, 3). drop_share: (T,) or one number,
-    share of the pelvis drop that is applied where a standing foot is out of reach.
+    share of the pelvis drop that is applied where a standing foot is out of reach. eased: whether a leg may stay short
+    of its target for a frame or two, so that its knee does not snap.
     """
     positions, _ = motion.forward_kinematics()
     rest = motion.rest_joints
@@ -120,9 +122,10 @@ def apply(
     root = motion.root - np.array([0.0, 1.0, 0.0]) * drop[:, None]
     rotations = motion.rotations
     for one in corrections:
-        hip = positions[:, one.foot.hip] - np.array([0.0, 1.0, 0.0]) * drop[:, None]
         target = positions[:, one.foot.ankle] + one.offset
-        target = _without_snaps(hip, target, _leg_length(rest, one.foot), motion.fps)
+        if eased:
+            hip = positions[:, one.foot.hip] - np.array([0.0, 1.0, 0.0]) * drop[:, None]
+            target = _without_snaps(hip, target, _leg_length(rest, one.foot), motion.fps)
         rotations = solve_limb(root, rotations, rest, f"{one.foot.side}_leg", target)
         if one.orientation is not None:
             rotations = _turn_ankle(root, rotations, rest, one.foot, one.orientation)

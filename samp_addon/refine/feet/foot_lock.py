@@ -90,7 +90,7 @@ def lock_feet(
         _labelled(motion, foot, own, other, floor, settings)
         for foot, own, other in zip(FEET, found, reversed(found), strict=True)
     ]
-    return apply(motion, corrections, lambda tips: floor, upright)
+    return apply(motion, corrections, lambda tips: floor, upright, eased=True)
 
 
 def lock_to_plans(motion: Motion, plans: Sequence[FootPlan], ground: Ground) -> Motion:

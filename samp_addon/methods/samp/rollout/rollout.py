@@ -95,11 +95,10 @@ class Rollout:
 
     def _forward(self, pelvis: torch.Tensor, matrices: torch.Tensor) -> torch.Tensor:
         """Return the world joints (B, 22, 3) of pelvis (B, 3) and global matrices (B, 22, 3, 3)."""
-        arms = (matrices[:, _PARENTS] @ self.bones[1:, :, None])[..., 0].numpy()
-        joints = np.empty(
-            (len(pelvis), state.JOINTS, 3), np.float32
-        )  # in numpy, whose small steps are cheaper
-        joints[:, 0] = pelvis.numpy()
+        # In numpy, whose small steps are cheaper.
+        arms = (matrices[:, _PARENTS] @ self.bones[1:, :, None])[..., 0].detach().numpy()
+        joints = np.empty((len(pelvis), state.JOINTS, 3), np.float32)
+        joints[:, 0] = pelvis.detach().numpy()
         for j in range(1, state.JOINTS):
             joints[:, j] = joints[:, skeleton.PARENTS[j]] + arms[:, j - 1]
         return torch.from_numpy(joints)
