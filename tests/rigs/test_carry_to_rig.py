@@ -208,7 +208,8 @@ def feet_stand(wanted: retargeting.Retargeted, result: carry_to_rig.Result) -> N
                 continue
             part = slice(stance.flat[0] + 2, stance.flat[1] - 2)
             speed = np.linalg.norm(np.diff(soles[1][part], axis=0), axis=-1) * motion.fps
-            assert np.median(speed) < 0.01, (plan.foot.side, stance)
+            # A leg that is nearly straight when its heel lands is at the end of its reach for a few frames.
+            assert np.median(speed) < 0.015, (plan.foot.side, stance)
             speeds += speed.tolist()
             ground = prints.support(soles[1][part])[0]
             # Feet of takes that are not refined may hover a little; here they stand.
