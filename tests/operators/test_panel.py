@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from types import SimpleNamespace
 
 import bpy
@@ -452,13 +453,27 @@ def test_steps_of_several_methods():
 
 
 def test_networks_are_loaded_once_and_only_beside_a_window(monkeypatch):
-    """Missing weights are reported by the first take, not here."""
     monkeypatch.setattr(warm_up, "_begun", {})
     assert warm_up.begin("samp") is None
     run = warm_up.begin("samp", in_window=True)
     assert run is warm_up.begin("samp", in_window=True)
     assert run.wait(120)
     assert {"torch", "samp_blender.samp_addon.methods.samp.rollout.generator"} <= set(sys.modules)
+
+
+def test_a_button_that_is_pressed_while_networks_load_does_not_load_them_again(monkeypatch):
+    """The weights are cached by the first of two calls only once it has returned."""
+    inside, most = [], []
+
+    def load(self):
+        inside.append(1)
+        most.append(len(inside))
+        time.sleep(0.05)
+        inside.pop()
+
+    monkeypatch.setattr(type(registry.find("samp")), "load", load)
+    runs = [loading.begin("samp") for _ in range(3)]
+    assert all(run.wait(60) for run in runs) and most == [1, 1, 1]
 
 
 def test_damaged_weights_do_not_stop_loading(monkeypatch):

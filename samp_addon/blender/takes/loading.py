@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import suppress
 
 from ...errors import SampError
@@ -9,14 +10,19 @@ from ...methods import registry
 from ...progress import Progress
 from ..thread_run import ThreadRun, one_slice
 
+_loading = threading.Lock()
+"""Held by the thread that loads: a button pressed meanwhile waits for it, and does not read the same weights again."""
+
 
 def begin(method: str = registry.DEFAULT) -> ThreadRun:
-    """Start to load a method's networks. Where a package or a file is missing, the work that needs it reports that
-    later."""
+    """Start a thread that loads a method's networks.
+
+    Missing packages and damaged files are not reported here: the work that needs them does so.
+    """
 
     def work(progress: Progress) -> None:
         progress("Loading", 0.0)
-        with suppress(ImportError, OSError, SampError):
+        with _loading, suppress(ImportError, OSError, SampError):
             from ..actions import refine_action  # noqa: F401
             from . import baking  # noqa: F401
 

@@ -1,4 +1,5 @@
-"""The networks are loaded while the artist still chooses: in a thread, from the first time that the tab is drawn."""
+"""Networks are loaded in a thread from the first drawing of the tab on, so that the first take does not wait for them.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +9,14 @@ from ...blender.takes import loading
 from ...blender.thread_run import ThreadRun
 
 _begun: dict[str, ThreadRun] = {}
-"""By the name of a method."""
+"""The loading threads, by the names of methods; read and written in the main thread only."""
 
 
 def begin(method: str, in_window: bool = not bpy.app.background) -> ThreadRun | None:
-    """Return the thread that loads a method's networks, started the first time; None without a window."""
+    """Return the thread that loads a method's networks, started by the first call; None without a window.
+
+    in_window: whether Blender has a window; in background mode nothing is loaded before it is needed.
+    """
     if not in_window:
         return None
     if method not in _begun:
