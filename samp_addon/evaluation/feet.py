@@ -26,8 +26,8 @@ SOLE_THICKNESS = 0.015
 """Metres over the lowest vertex of the rest pose up to which skin belongs to the sole."""
 
 GLIDING = 0.2
-"""Metres per second of the slower ball of the foot, above which a body on its feet glides. In captured walks one foot
-is nearly always slower."""
+"""Metres per second of the slower ball of the two feet above which a body on its feet glides. In captured walks one
+foot is nearly always slower."""
 GLIDE_SECONDS = 1 / 3
 """Shortest glide. While the weight passes from one foot to the other, both move for a few frames."""
 RUNNING = 1.6
@@ -86,13 +86,18 @@ def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
     return result
 
 
+def smoothed_speeds(points: np.ndarray, fps: float) -> np.ndarray:
+    """Return the horizontal speeds (T, N) of points (T, N, 3), m/s, averaged over five frames."""
+    speed = np.linalg.norm(velocities(points[..., [0, 2]], fps), axis=-1)
+    return ndimage.uniform_filter1d(speed, 5, axis=0, mode="nearest")
+
+
 def glides(motion: Motion) -> list[tuple[int, int]]:
     """Return the runs (first, last + 1) of frames in which a body on its feet moves with both of them at once."""
     if len(motion) < 2:
         return []
     balls = motion.forward_kinematics()[0][:, [INDEX["left_foot"], INDEX["right_foot"]]]
-    speed = np.linalg.norm(velocities(balls[..., [0, 2]], motion.fps), axis=-1)
-    slower = ndimage.uniform_filter1d(speed, 5, axis=0, mode="nearest").min(1)
+    slower = smoothed_speeds(balls, motion.fps).min(1)
     pace = np.linalg.norm(velocities(motion.root[:, [0, 2]], motion.fps), axis=-1)
     upright = motion.root[:, 1] - balls[..., 1].min(1) > ON_FEET
     runs, _ = ndimage.label((slower > GLIDING) & (pace < RUNNING) & upright)

@@ -18,7 +18,8 @@ from .stances import Stance
 FULL_STEP = 0.25  # metres between two stances from which a swing has all of its clearance
 RISE = 5.0  # frames at 30 fps in which a swinging foot reaches its clearance
 SNAP, SNAP_SIGMA = 0.004, 1.0
-"""Metres by which a leg may be longer than its length smoothed over some frames at 30 fps."""
+"""Metres by which a hip may be farther from its ankle than on average around that frame, and the sigma, in frames at
+30 fps, of the Gaussian that averages."""
 MAX_DROP = 0.06  # metres that the pelvis may sink so that a leg reaches its target
 
 
@@ -63,8 +64,11 @@ def spread(values: np.ndarray, stances: Sequence[Stance], blend: int) -> np.ndar
 
 
 def carried_on(values: np.ndarray, stances: Sequence[Stance], blend: int) -> np.ndarray:
-    """Return what to add to spread corrections (T, k) so that they go on beside stances at the rate that they have
-    inside: a foot then leaves its place, and comes to the next one, without a jump of its speed."""
+    """Return what to add to corrections (T, k) that `spread` has faded over ``blend`` frames, so that they go on beside
+    stances at the rate that they have inside.
+
+    A foot then leaves its place, and arrives at the next one, without a jump of its speed.
+    """
     out = np.zeros_like(values)
     count = len(values)
     for k, stance in enumerate(stances):
@@ -161,10 +165,10 @@ def _leg_length(rest: np.ndarray, foot: Foot) -> float:
 
 
 def _without_snaps(hip: np.ndarray, target: np.ndarray, length: float, fps: float) -> np.ndarray:
-    """Return targets (T, 3) of an ankle that do not stretch the leg from one frame to the next.
+    """Return targets (T, 3) of an ankle at which the leg does not snap straight from one frame to the next.
 
-    A leg that reaches its full length suddenly snaps at the knee; the foot stays behind its target there for a frame
-    or two. hip: (T, 3). length: metres of the straight leg.
+    Where the distance from the hip grows suddenly, the ankle stays behind its target for a frame or two. hip: (T, 3).
+    target: (T, 3). length: metres of the straight leg.
     """
     leg = target - hip
     distance = np.linalg.norm(leg, axis=-1)

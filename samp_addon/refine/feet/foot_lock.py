@@ -71,8 +71,8 @@ def lock_feet(
     """Pin the feet of a motion during the stances of its contact labels.
 
     floor: height of the support under the character, one number or (T,). settings: LABELLED, CAPTURED or FOUND. Where
-    a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly; upright: one number or (T,), the share
-    of this, 0 for a body that rests. Raises ValueError without motion.contacts.
+    a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly. upright: share of this sinking that is
+    applied, one number or (T,); 0 for a body that rests. Raises ValueError without motion.contacts.
     """
     if motion.contacts is None:
         raise ValueError("foot lock needs the motion's contacts")

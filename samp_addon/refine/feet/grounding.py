@@ -13,14 +13,14 @@ from .foot import FEET, sole_points
 SIGMA = 4.0
 """Frames over which the change of height is smoothed."""
 STANDS = 0.02
-"""Weight on the furniture below which the feet carry the body."""
+"""Weight of sitting and lying among the actions below which the feet carry the body."""
 
 
 def grounded(motion: Motion, floor: np.ndarray, resting: np.ndarray | float = 0.0) -> Motion:
     """Return the motion with its lowest sole on the floor (T,).
 
-    resting: from 0 to 1, (T,) or one number. A body that sits or lies down keeps the change of height that it had when
-    it stood, until that has faded with its weight on the furniture.
+    resting: weight of sitting and lying among the actions, from 0 to 1, (T,) or one number. While a body sits or lies
+    down, the change of height of its last standing frame fades as this weight rises.
     """
     resting, frames = np.broadcast_to(resting, len(motion)), np.arange(len(motion))
     height = floor - lowest_sole(motion)

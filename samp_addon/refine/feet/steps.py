@@ -1,5 +1,7 @@
-"""Steps for bodies that glide. A network that has seen few turns on the spot moves both feet over the floor at once;
-here they take turns. Network frame, metres.
+"""Alternate stances for bodies that glide. Network frame, metres.
+
+A network that was trained with few turns on the spot moves both feet over the floor at once. The stances planned here
+make one foot stand while the other one swings.
 """
 
 from __future__ import annotations
@@ -7,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
-from ...evaluation.feet import glides
-from ...motion import Motion, velocities
+from ...evaluation.feet import glides, smoothed_speeds
+from ...motion import Motion
 from .foot import FEET
 from .stances import Stance
 
@@ -19,15 +20,17 @@ STEP = 16
 SWING = 10
 """Frames at 30 fps of the shortest swing beside a glide."""
 TOUCHING = 2
-"""Frames between two stances of a foot that are one."""
+"""Frames between two stances of a foot up to which they become one."""
 TOGETHER = 1
 """Frames at 30 fps before and after each footfall in which both feet stand."""
+SHORTEST = 3
+"""Frames of the shortest part of a stance that is kept beside a glide."""
 
 
 def stepping(motion: Motion, feet: Sequence[Sequence[Stance]]) -> list[list[Stance]]:
     """Return the stances of both feet, in the order of FEET, with alternate ones wherever the body glides.
 
-    feet: stances by the labels. Those inside a glide are replaced, and others end where it begins.
+    feet: stances by the labels. Their parts inside a glide are replaced; those before and after it are kept.
     """
     found = [list(own) for own in feet]
     for first, last in glides(motion):
@@ -39,11 +42,15 @@ def stepping(motion: Motion, feet: Sequence[Sequence[Stance]]) -> list[list[Stan
 
 
 def _alternate(motion: Motion, first: int, last: int) -> list[list[Stance]]:
-    """Return the stances of both feet in a glide: the foot that is faster at its beginning makes the first step."""
+    """Return the stances of both feet, in the order of FEET, in a glide from frame ``first`` up to ``last``.
+
+    The foot that is faster at the beginning makes the first step.
+    """
     count = max(1, round((last - first) * 30 / motion.fps / STEP))
     bounds = np.linspace(first, last, count + 1).round().astype(int)
     both = round(TOGETHER * motion.fps / 30)
-    speeds = _speeds(_balls(motion), motion.fps)[bounds[0] : bounds[1]].mean(0)
+    balls = motion.forward_kinematics()[0][:, [foot.ball for foot in FEET]]
+    speeds = smoothed_speeds(balls, motion.fps)[bounds[0] : bounds[1]].mean(0)
     out: list[list[Stance]] = [[], []]
     for k in range(count):
         stands = (int(speeds.argmin()) + k) % 2
@@ -55,12 +62,14 @@ def _alternate(motion: Motion, first: int, last: int) -> list[list[Stance]]:
 def _outside(stance: Stance, first: int, last: int) -> list[Stance]:
     """Return the parts of a stance before and after a glide."""
     parts = [(stance.first, min(stance.last, first)), (max(stance.first, last), stance.last)]
-    return [Stance(a, b) for a, b in parts if b - a >= 3]
+    return [Stance(a, b) for a, b in parts if b - a >= SHORTEST]
 
 
 def _apart(stances: Sequence[Stance], swing: int) -> list[Stance]:
-    """Return stances in order of time, with those that touch made one, since a foot cannot jump, and with at least
-    ``swing`` frames between the others."""
+    """Return stances in order of time with at least ``swing`` frames between them.
+
+    Stances at most TOUCHING frames apart become one, since a foot cannot jump.
+    """
     out: list[Stance] = []
     for stance in stances:
         gap = stance.first - out[-1].last if out else swing
@@ -74,14 +83,3 @@ def _apart(stances: Sequence[Stance], swing: int) -> list[Stance]:
         if begins < stance.last:
             out.append(Stance(begins, stance.last))
     return out
-
-
-def _balls(motion: Motion) -> np.ndarray:
-    """Return the balls of both feet (T, 2, 3), in the order of FEET."""
-    return motion.forward_kinematics()[0][:, [foot.ball for foot in FEET]]
-
-
-def _speeds(balls: np.ndarray, fps: float) -> np.ndarray:
-    """Return the horizontal speeds (T, 2) of the balls (T, 2, 3), m/s, averaged over five frames."""
-    speed = np.linalg.norm(velocities(balls[..., [0, 2]], fps), axis=-1)
-    return uniform_filter1d(speed, 5, axis=0, mode="nearest")

@@ -1,5 +1,4 @@
-"""Networks are loaded in a thread from the first drawing of the tab on, so that the first take does not wait for them.
-"""
+"""Networks are loaded in a thread from the first drawing of the tab on; the first take does not wait for them."""
 
 from __future__ import annotations
 
