@@ -72,9 +72,10 @@ class JobOperator(ThreadOperator):
         several = isinstance(result, cast_baking.CastResult)
         if not several:
             settings.character = settings.character or result.owner
+        strips = after_baking.apply(bpy.context, result.takes, settings.mark_takes, settings.as_strip)
         if settings.fit_range and self.fits_range():
-            scene.frame_end = max(variant["frame_end"] for variant in result.variants)
-        after_baking.apply(bpy.context, result.takes, settings.mark_takes, settings.as_strip)
+            ends = [strip.frame_end for strip in strips] or [take["frame_end"] for take in result.variants]
+            scene.frame_end = round(max(ends))
         return cast_baking.sentence(result) if several else baking.sentence(result)
 
 

@@ -38,6 +38,17 @@ def test_markers_and_strip_are_options_of_the_bake(owner, mark, strip):
     assert data.action == (None if strip else takes[0])
 
 
+@pytest.mark.parametrize("strip", [False, True])
+def test_the_frame_range_ends_with_what_is_shown(owner, strip):
+    """A strip that begins at the playhead ends later than its Action."""
+    settings = bpy.context.scene.samp
+    settings.action, settings.target, settings.as_strip = "sit", bpy.data.objects["Sofa"], strip
+    bpy.context.scene.frame_set(31)
+    assert bpy.ops.samp.generate() == {"FINISHED"}
+    last = round(bpy.data.actions["sit Sofa 0"].frame_range[1])
+    assert bpy.context.scene.frame_end == (last + 30 if strip else last)
+
+
 class Figure:
     """Stands in for the drawing into the 3D view."""
 
