@@ -1,4 +1,4 @@
-"""Add Control Rig: IK controls of hands and feet over whatever take a human plays."""
+"""Add Control Rig: IK controls of a human's hands and feet, above any take."""
 
 from __future__ import annotations
 

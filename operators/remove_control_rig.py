@@ -1,4 +1,4 @@
-"""Remove Control Rig: the human alone again, with or without what the controls did."""
+"""Remove Control Rig: delete the IK controls of a human; optionally write their effect into a copy of its take."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import outcome
 
 
 class SAMP_OT_remove_control_rig(bpy.types.Operator):
-    """Remove the IK controls of a human; its takes and everything else are as before the rig was added"""
+    """Delete the IK controls of a human and what they change, and leave its takes as they are"""
 
     bl_idname = "samp.remove_control_rig"
     bl_label = "Remove Control Rig"
@@ -22,7 +22,7 @@ class SAMP_OT_remove_control_rig(bpy.types.Operator):
     )
     apply: BoolProperty(
         name="Apply",
-        description="Write what the controls do into a copy of the active take first",
+        description="Write the effect of the controls into a copy of the active take before they are deleted",
         options={"SKIP_SAVE"},
     )
 
@@ -43,4 +43,4 @@ class SAMP_OT_remove_control_rig(bpy.types.Operator):
             applied = applying.apply(context, owner, keyframes.action_of(owner))
         rig.remove(context, owner)
         text = f"Removed the control rig of '{owner.name}'"
-        return f"{text}." if applied is None else f"{text}; its moves are in '{applied.name}'."
+        return f"{text}." if applied is None else f"{text}; its effect is in '{applied.name}'."

@@ -1,4 +1,4 @@
-"""Save to Asset Library: a take or a character as an asset of its own."""
+"""Save to Asset Library: a take or a character as an asset in a new file."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class SAMP_OT_save_asset(TakeOperator, bpy.types.Operator):
         library = _first_library(context)
         given = self.directory or library
         if not given:
-            raise SampError("There is no asset library; add one in the preferences, or name a folder.")
+            raise SampError("There is no asset library; add one in the preferences, or choose a folder.")
         folder = Path(bpy.path.abspath(given))
         if given == library:
             saving.make_library(folder)

@@ -1,7 +1,7 @@
-"""Fingers that close around what a hand is on. Network frame, metres.
+"""Grasping: fingers close around the object that a hand touches. Network frame, metres.
 
-Each finger bends from a flat hand towards a fist, see body/hand_poses.py, until its skin touches the surface; one that
-would close without touching anything stays as it is.
+Each finger bends from a flat hand towards a fist, see body/hand_poses.py, until its skin touches the surface. A finger
+that would close without touching anything keeps its pose.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ..refine.hands.palm import SIDES, HandContact
 from ..scene.geometry import areas, spread_over_surface
 
 REACH = 0.25
-"""Metres around the wrist in which the surface is looked at."""
+"""Metres around the wrist within which triangles are sampled."""
 SPACING = 0.003
-"""Metres between samples of it."""
+"""Metres between samples of the surface."""
 MOST_SAMPLES = 60_000
 SKIN = 0.009
 """Metres from the bones of a finger to its skin."""
@@ -29,13 +29,14 @@ STEPS = 30
 TIP = 0.8
 """Length of a finger's last bone over that of the one before."""
 FINGERS, JOINTS = 5, 3
+"""Of a hand, and of each finger."""
 
 
 def grasp(motion: Motion, contact: HandContact, triangles: np.ndarray, frame: int) -> tuple[Motion, int]:
-    """Return a motion whose fingers hold what the hand of a contact is on, and how many of the five touch it.
+    """Return a motion whose fingers hold the object that a hand touches, and how many of the five fingers touch it.
 
-    triangles: (F, 3, 3) of the thing, where it is in ``frame``, in which the hand is on it. The fingers close as the
-    contact's weight rises. The motion has all 55 joints.
+    triangles: (F, 3, 3) of the object as it is in ``frame``, a frame in which the hand is on it. The fingers close as
+    the contact's weight rises. The returned motion has all 55 joints.
     """
     whole = replace(motion, rotations=complete(motion.rotations))
     first = skeleton.INDEX[f"{contact.side}_index1"]
@@ -53,7 +54,7 @@ def grasp(motion: Motion, contact: HandContact, triangles: np.ndarray, frame: in
 
 
 def _between_flat_and_fist(side: str) -> np.ndarray:
-    """Return local quaternions (STEPS, 5, 3, 4) of a hand that closes."""
+    """Return local quaternions (STEPS, 5, 3, 4), w, x, y, z, of a hand that closes."""
     part = slice(SIDES.index(side) * FINGERS * JOINTS, (SIDES.index(side) + 1) * FINGERS * JOINTS)
     flat, fist = (
         rotation.to_axis_angle(hand_poses.rotations(hand_poses.code(kind))[part]) for kind in ("flat", "fist")
@@ -63,7 +64,11 @@ def _between_flat_and_fist(side: str) -> np.ndarray:
 
 
 def _touching(pose: Motion, side: str, own: slice, turns: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return which fingers touch the surface in each of the poses of a closing hand, (STEPS, 5)."""
+    """Return which fingers touch the surface in each pose of a closing hand (STEPS, 5).
+
+    pose: one frame. own: the joints of the hand's fingers. turns: their local quaternions (STEPS, 5, 3, 4).
+    triangles: (F, 3, 3) of the surface.
+    """
     from scipy.spatial import cKDTree
 
     wrist = pose.forward_kinematics()[0][0, skeleton.INDEX[f"{side}_wrist"]]
@@ -85,7 +90,7 @@ def _touching(pose: Motion, side: str, own: slice, turns: np.ndarray, triangles:
     tips = heads[:, :, -1] + rotation.rotate(last, TIP * (rest[:, -1] - rest[:, -2]))
     bones = np.concatenate([heads, tips[:, :, None]], axis=2)
     along = np.linspace(0, 1, 5)[:, None]
-    # From the first knuckle's bone on: the palm itself is on the thing already.
+    # Without the palm, which is on the object already.
     points = bones[:, :, :-1, None] + along * (bones[:, :, 1:, None] - bones[:, :, :-1, None])
     away = surface.query(points.reshape(-1, 3))[0].reshape(STEPS, FINGERS, -1)
     return away.min(axis=-1) < SKIN

@@ -69,6 +69,7 @@ def test_the_appended_take_plays_on_another_character(owner, tmp_path):
 
 
 def test_the_appended_character_stands_at_the_origin_and_can_be_used(owner, tmp_path):
+    owner_yaw = owner.rotation_euler.z
     path = saving.save_character(owner, tmp_path)
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     with bpy.data.libraries.load(str(path), assets_only=True) as (found, _):
@@ -78,9 +79,31 @@ def test_the_appended_character_stands_at_the_origin_and_can_be_used(owner, tmp_
     assert not bpy.data.actions and {obj.type for obj in bpy.context.scene.objects} == {"ARMATURE", "MESH"}
     other = bpy.data.objects["Human"]
     assert mesh.parent == other and mesh.modifiers[0].object == other
+    assert owner_yaw != 0 and tuple(other.rotation_euler) == (0, 0, 0)
     assert tuple(other.location) == (0, 0, 0) and saving.start.START_KEY not in other
     bpy.ops.mesh.primitive_plane_add(size=8)
     assert bpy.ops.samp.walk_here(location=(1, 1, 0), hold=0.0) == {"FINISHED"}
+
+
+@pytest.mark.parametrize("twin", [False, True])
+def test_a_linked_take_is_saved_under_its_name(owner, tmp_path, twin):
+    """Names of linked data-blocks cannot be changed. twin: whether a local Action has the same name."""
+    name = owner.animation_data.action.name
+    elsewhere = tmp_path / "elsewhere.blend"
+    bpy.data.libraries.write(str(elsewhere), {owner.animation_data.action})
+    with bpy.data.libraries.load(str(elsewhere), link=True) as (_, wanted):
+        wanted.actions = [name]
+    (linked,) = wanted.actions
+    if not twin:
+        bpy.data.actions[name, None].name = "Another"
+    before = sorted((action.name, action.library is None) for action in bpy.data.actions)
+    folder = tmp_path / "library"
+    folder.mkdir()
+    path = saving.save_take(bpy.context, owner, linked, folder)
+    assert path.stem == name and linked.name == name
+    assert sorted((action.name, action.library is None) for action in bpy.data.actions) == before
+    (made,) = appended(path, "actions")
+    assert made.name == name
 
 
 def test_files_are_never_overwritten_and_catalogues_are_kept(owner, tmp_path):

@@ -1,4 +1,4 @@
-"""Takes and characters saved as assets: a .blend of its own in a library's folder, which stays as it is otherwise."""
+"""Takes and characters saved as assets, each in a new .blend in the folder of an asset library."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
+import numpy as np
+from mathutils import Matrix
 
 from ...body.figures import figure
 from ...errors import SampError
@@ -24,7 +26,10 @@ TAG = "SAMP"
 
 
 def make_library(folder: Path) -> None:
-    """Make the folder of a library of the preferences, which does not exist before its first asset."""
+    """Make the folder of a library of the preferences: Blender makes it with its first asset only.
+
+    Raise SampError where it cannot be made.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -45,20 +50,21 @@ def save_take(
         pose = keyframes.read_motion(owner, action, last, last, context.scene)
         picture = thumbnail.of_body(character.body_of(owner), pose, 0, _colours(owner))
     seconds = (action.frame_range[1] - action.frame_range[0]) / keyframes.frames_per_second(context.scene)
-    copy, name = action.copy(), action.name
+    copy = action.copy()
     try:
-        with _named({copy: name}):
+        with _named({copy: action.name}):
             _describe(copy, TAKES, folder, _tags(action), f"A take of {seconds:.1f} s.", picture)
-            return _write(folder, name, {copy})
+            return _write(folder, copy.name, {copy})
     finally:
         bpy.data.actions.remove(copy)
 
 
 def save_character(owner: bpy.types.Object, folder: Path) -> Path:
-    """Save an SMPL-X character, in its rest pose at the origin and without Actions, as an asset; return the new .blend.
+    """Save an SMPL-X character as an asset; return the new .blend. The file that is open stays as it is.
 
-    The asset is the mesh, which brings the armature that moves it; the collection of both where there are several
-    meshes. The file that is open stays as it is. Raise SampError as `save_take`.
+    The saved character is in its rest pose, at the origin, not turned about the vertical, and has no Actions. The asset
+    is the mesh, which brings its armature with it; where there are several meshes, the asset is a collection of all.
+    Raise SampError where the character has a control rig, and as `save_take`.
     """
     armature.check(owner)
     if rig.find(owner) is not None:
@@ -86,12 +92,14 @@ def save_character(owner: bpy.types.Object, folder: Path) -> Path:
 
 
 def _detach(copy: bpy.types.Object, copies: dict[bpy.types.Object, bpy.types.Object]) -> None:
-    """Let a copied object refer to the other copies, and take its pose, place and Actions away."""
+    """Let a copied object refer to the other copies, and remove its Actions, its pose and its place in the scene."""
     copy.animation_data_clear()
     if copy.parent in copies:
         copy.parent = copies[copy.parent]
     else:
-        copy.parent, copy.location = None, (0.0, 0.0, 0.0)
+        turn = copy.matrix_basis.to_euler("XYZ")
+        turn.z = 0.0  # imported armatures lie on their side without the other two
+        copy.parent, copy.matrix_basis = None, Matrix.LocRotScale(None, turn, copy.scale)
     for modifier in copy.modifiers:
         if getattr(modifier, "object", None) in copies:
             modifier.object = copies[modifier.object]
@@ -102,9 +110,17 @@ def _detach(copy: bpy.types.Object, copies: dict[bpy.types.Object, bpy.types.Obj
 
 
 def _describe(
-    block: bpy.types.ID, catalogue: str, folder: Path, tags: Iterable[str], text: str, picture: object
+    block: bpy.types.ID,
+    catalogue: str,
+    folder: Path,
+    tags: Iterable[str],
+    text: str,
+    picture: np.ndarray | None,
 ) -> None:
-    """Mark a data-block as an asset. Raise SampError where the library's catalogues cannot be written."""
+    """Mark a data-block as an asset. picture: (H, W, 4) sRGB from 0 to 1, its lowest row first, or None.
+
+    Raise SampError where the library's catalogues cannot be written.
+    """
     if not folder.is_dir():
         raise SampError(f"There is no folder '{folder}'; choose that of an asset library.")
     block.asset_mark()
@@ -132,26 +148,29 @@ def _write(folder: Path, name: str, blocks: set[bpy.types.ID]) -> Path:
 
 
 @contextmanager
-def _named(wanted: dict[bpy.types.ID, str]) -> Iterator[None]:
-    """Let copies have the names of their originals meanwhile."""
-    originals = []
-    for copy, name in wanted.items():
+def _named(names: dict[bpy.types.ID, str]) -> Iterator[None]:
+    """Give copies the names of their originals while a file is written. names: by the copies."""
+    holders = {}
+    for copy, name in names.items():
         kind = bpy.data.actions if isinstance(copy, bpy.types.Action) else bpy.data.objects
-        original = kind[name]
-        original.name = f"{TAG} saving"
-        originals.append((original, name))
-        copy.name = name
+        holder = kind.get((name, None))  # the local one: a linked original does not keep its name from a copy
+        if holder is not None:
+            holders[holder] = name
     try:
+        for holder in holders:
+            holder.name = f"{TAG} saving"
+        for copy, name in names.items():
+            copy.name = name
         yield
     finally:
-        for copy in wanted:
+        for copy in names:
             copy.name = f"{TAG} saved"
-        for original, name in originals:
-            original.name = name
+        for holder, name in holders.items():
+            holder.name = name
 
 
 def _tags(action: bpy.types.Action) -> list[str]:
-    """Return what a take does, and on what."""
+    """Return the tags of a take: the actions of its steps, and the names of their targets."""
     if origin.KEY not in action:
         goal = notes.read_goal(action)
         return [] if goal is None else [goal.action]

@@ -1,1 +1,1 @@
-"""Controls of hands and feet over whatever take a human plays, from Blender's own parts."""
+"""The control rig of a human: IK controls of hands and feet, made of Blender's own constraints, above any take."""

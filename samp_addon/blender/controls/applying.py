@@ -1,4 +1,4 @@
-"""What an artist did with the controls, written into a copy of the take."""
+"""The pose of a control rig, written into a copy of the take."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SUFFIX = " controls"
 
 
 def apply(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types.Action) -> bpy.types.Action:
-    """Return a copy of the active take in which the character does what its control rig shows, now the active one.
+    """Return a copy of a take in which the character has the poses of its control rig; it becomes the active Action.
 
     Raise SampError where there is no control rig.
     """
@@ -43,7 +43,7 @@ def apply(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types
 
 
 def _poses(context: bpy.types.Context, shown: bpy.types.Object, frames: range) -> list[Motion]:
-    """Return what an armature shows in some frames of the scene, one Motion each; the scene's frame stays."""
+    """Return the poses of an armature in some frames of the scene, one Motion each. The scene's frame is restored."""
     scene = context.scene
     now, sub = scene.frame_current, scene.frame_subframe
     try:

@@ -1,9 +1,9 @@
 """The control rig of the default human: a second armature that follows the first, with IK to empties.
 
-The character plays its takes as ever. The control rig, an armature object of the same bones, copies its pose, and the
-mesh is deformed by that rig. Each hand and foot of it is pulled by IK to an empty that hangs on the character's own
-hand or foot: untouched, it is exactly where the take has it, in every take; moved or keyed, it is a layer above the
-take. Nothing of the character but its mesh's modifiers changes, and `remove` undoes that.
+The character plays its takes as before. The control rig is an armature object with the same bones that copies the
+character's pose and deforms its mesh. IK pulls each hand and foot of the rig to an empty that is a child of the
+character's own hand or foot. While the empty is not moved, the limb is where the take has it, in every take; a moved or
+keyed empty is a layer above the take. Of the character only its meshes' modifiers change, and `remove` restores them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ KEY = armature.CONTROLS_KEY
 SHOWN = "samp_shown"
 """Custom property of a mesh: whether its own Armature modifier was shown in the viewport and in renders."""
 NAME = "SAMP Controls"
-"""Of the constraints and modifiers."""
+"""Name of the constraints and modifiers."""
 POLE_AWAY = 0.5
 """Metres from a shoulder or hip to its pole."""
 TOUCHES = 1e-4
@@ -31,7 +31,8 @@ TOUCHES = 1e-4
 
 
 class Limb(NamedTuple):
-    """Bones from the trunk outwards, and in which direction its joint bends the pole away, in the armature's axes."""
+    """A limb with IK. upper, lower, end: its joints from the trunk outwards. pole: direction from the upper joint to
+    the pole, in the armature's axes."""
 
     name: str
     upper: str
@@ -62,7 +63,7 @@ def controls(owner: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def character(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
-    """Return the named character, that of the active control, or as armature.find does."""
+    """Return the named character. Without a name: that of the active control, or what armature.find returns."""
     active = context.view_layer.objects.active
     if not name and active is not None and KEY in active and active.parent is not None:
         return active.parent
@@ -72,7 +73,8 @@ def character(context: bpy.types.Context, name: str = "") -> bpy.types.Object:
 def add(context: bpy.types.Context, owner: bpy.types.Object) -> bpy.types.Object:
     """Add a control rig to a human and return its armature object.
 
-    Raise SampError where there is one already, and where forearms and shins do not end in the next joint.
+    Raise SampError where there is one already, where forearms and shins do not end in the next joint, and for a
+    character that is linked from another file.
     """
     armature.check(owner)
     if find(owner) is not None:
@@ -96,10 +98,10 @@ def add(context: bpy.types.Context, owner: bpy.types.Object) -> bpy.types.Object
 
 
 def remove(context: bpy.types.Context, owner: bpy.types.Object) -> None:
-    """Remove a control rig; the character and its meshes are as before. Raise SampError where there is none."""
+    """Remove a control rig and restore the modifiers of the character's meshes. Raise SampError where there is none."""
     rig = find(owner)
     if rig is None:
-        raise SampError(f"'{owner.name}' has no control rig.")
+        raise SampError(f"'{owner.name}' has no control rig; there is nothing to remove.")
     for mesh in _meshes(owner):
         for modifier in list(mesh.modifiers):
             if modifier.type == "ARMATURE" and modifier.object == rig:
@@ -117,7 +119,7 @@ def remove(context: bpy.types.Context, owner: bpy.types.Object) -> None:
 
 
 def _object(owner: bpy.types.Object, name: str, data: bpy.types.ID | None) -> bpy.types.Object:
-    """Return a new object of the rig, a child of the character in the same collections."""
+    """Return a new object of the rig: a child of the character, in the character's collections."""
     made = bpy.data.objects.new(name, data)
     made[OVERLAY_KEY] = made[KEY] = True
     made.parent = owner
@@ -127,7 +129,7 @@ def _object(owner: bpy.types.Object, name: str, data: bpy.types.ID | None) -> bp
 
 
 def _add_limb(owner: bpy.types.Object, rig: bpy.types.Object, limb: Limb) -> None:
-    """Add the control and the pole of a hand or foot, and the constraints that follow them."""
+    """Add the control and the pole of a hand or foot, and the constraints of the rig that follow them."""
     upper, lower, end = (armature.bone_name(owner, name) for name in (limb.upper, limb.lower, limb.end))
     control = _object(owner, f"{owner.name} {limb.name}", None)
     control.empty_display_type, control.empty_display_size = "CUBE", 0.06
@@ -135,7 +137,7 @@ def _add_limb(owner: bpy.types.Object, rig: bpy.types.Object, limb: Limb) -> Non
     pole = _object(owner, f"{owner.name} {limb.name} pole", None)
     pole.empty_display_type, pole.empty_display_size = "SPHERE", 0.04
     bone = owner.data.bones[upper]
-    # IK turns the limb until this direction of the upper bone points to the pole: which it does by itself.
+    # IK turns the limb until this direction of the upper bone points to the pole. The pole lies there already.
     out = bone.matrix_local.to_3x3().inverted() @ Vector(limb.pole)
     angle = math.atan2(out.z, out.x)
     scale = max(armature.calibrate(owner).scale, 1e-9)
@@ -150,15 +152,21 @@ def _add_limb(owner: bpy.types.Object, rig: bpy.types.Object, limb: Limb) -> Non
 
 
 def _hang(obj: bpy.types.Object, owner: bpy.types.Object, bone: str, place: Vector) -> None:
-    """Hang an object on a bone of the character: without a pose of its own it is at a place in the bone's axes."""
+    """Make an object a child of a bone, so that without a transform of its own it is at ``place``.
+
+    place: in the bone's axes, from its head, in the armature's units.
+    """
     obj.parent_type, obj.parent_bone = "BONE", bone
-    # Blender hangs children on the tail.
+    # Children of a bone are relative to its tail.
     length = owner.data.bones[bone].length
     obj.matrix_parent_inverse = Matrix.Translation(place - Vector((0.0, length, 0.0)))
 
 
 def _deform_by(mesh: bpy.types.Object, owner: bpy.types.Object, rig: bpy.types.Object) -> None:
-    """Let the rig deform a mesh in place of the character, whose own modifier stays last so that it owns the mesh."""
+    """Let the rig deform a mesh in place of the character.
+
+    The character's own modifier is turned off and stays last: Blender takes the mesh as that armature's.
+    """
     own = _own_modifier(mesh, owner)
     if own is None:
         return
@@ -172,6 +180,7 @@ def _deform_by(mesh: bpy.types.Object, owner: bpy.types.Object, rig: bpy.types.O
 
 
 def _own_modifier(mesh: bpy.types.Object, owner: bpy.types.Object) -> bpy.types.Modifier | None:
+    """Return the Armature modifier by which a character deforms a mesh, or None."""
     return next((m for m in mesh.modifiers if m.type == "ARMATURE" and m.object == owner), None)
 
 
@@ -181,7 +190,7 @@ def _meshes(owner: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def _require_joined(owner: bpy.types.Object) -> None:
-    """Raise SampError where the end of a forearm or shin is not the next joint: IK would pull it there."""
+    """Raise SampError where a forearm or shin does not end in the next joint: IK would move the hand or foot there."""
     for limb in LIMBS:
         names = [armature.bone_name(owner, name) for name in (limb.lower, limb.end)]
         lower, end = (owner.data.bones[name] for name in names)

@@ -31,8 +31,8 @@ KNEES = [skeleton.INDEX[f"{side}_knee"] for side in SIDES]
 
 @dataclass(frozen=True)
 class Baked:
-    """The new Action, and how well the hand reaches its target. frame: of the scene, in which it is farthest off.
-    touching: fingers that touch what they grasp, None where they do not grasp."""
+    """The new Action, and how well the hand reaches its target. missed: metres by which it is farthest off. frame: of
+    the scene, in which that is. touching: number of fingers that touch the target; None without a grasp."""
 
     action: bpy.types.Action
     side: str
@@ -44,8 +44,8 @@ class Baked:
     def sentence(self) -> str:
         """Return what came of it."""
         if self.missed <= MISSED:
-            fingers = "" if self.touching is None else f", and {self.touching} fingers touch it"
-            return f"The {self.side} hand is on '{self.target}' in '{self.action.name}'{fingers}."
+            number = "" if self.touching is None else f", with {self.touching} of 5 fingers around it"
+            return f"The {self.side} hand is on '{self.target}' in '{self.action.name}'{number}."
         return (
             f"The {self.side} hand misses '{self.target}' by {100 * self.missed:.0f} cm in frame {self.frame} of "
             f"'{self.action.name}'; move the target or the character nearer."
@@ -76,8 +76,8 @@ def bake(
 
     target: an empty; or a mesh, touched at ``vertex``, or without one where its surface is nearest to the hand. first,
     last: frames of the scene; those of the rest where left out. ease: seconds of the way there, and back.
-    fingers: bend them around the target. Raise SampError where there is no character, Action or vertex, for an empty
-    range, and for the character's own objects.
+    fingers: whether they bend around the target. Raise SampError where there is no character, Action or vertex, for an
+    empty range, for the character's own objects, and where fingers are to hold a target without a surface.
     """
     if side not in SIDES:
         raise SampError(f"There is no hand '{side}'; choose {' or '.join(SIDES)}.")

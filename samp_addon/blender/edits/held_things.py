@@ -1,4 +1,4 @@
-"""Fingers around the object that a hand is on."""
+"""Grasping in the scene: the fingers of a hand on a target close around its mesh."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def grasped(
 ) -> tuple[HandOnTarget, int]:
     """Return a hand on a target with fingers that hold it, and how many of them touch it.
 
-    An empty stands for what it is a child of, such as a cup. begin: the scene's frame in which the motion begins. Raise
-    SampError where the target has no surface.
+    An empty stands for its parent, such as a cup. begin: the scene's frame in which the motion begins. Raise SampError
+    where the target has no surface.
     """
     frame = int(np.flatnonzero(made.contact.weight >= made.contact.weight.max())[0])
     thing = target.parent if target.type == "EMPTY" and target.parent is not None else target
