@@ -18,7 +18,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..samp_addon.body import human
-from ..samp_addon.evaluation.between_bodies import Track, over_time
+from ..samp_addon.body.balls import Track
+from ..samp_addon.evaluation.between_bodies import over_time
 from ..samp_addon.frames import yaw_direction
 from ..samp_addon.methods.scene_view import SceneView
 from ..samp_addon.motion import Motion

@@ -50,7 +50,7 @@ MOST_POINTS = 0.02
 def beside(work: Work, others: Sequence[Other]) -> Work:
     """Return the work with what it leaves to others. Raise SampError where they are on all places of a target.
 
-    Only the first step knows when they are where: how long it takes is not known before.
+    Only the first step knows where they are over time: the times at which later steps begin are not known.
     """
     if not others:
         return work

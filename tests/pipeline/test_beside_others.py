@@ -6,8 +6,9 @@ import fakes
 import numpy as np
 import pytest
 from samp_blender.samp_addon.body import human
+from samp_blender.samp_addon.body.balls import Track
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.evaluation.between_bodies import Track, over_time
+from samp_blender.samp_addon.evaluation.between_bodies import over_time
 from samp_blender.samp_addon.methods.scene_view import SceneView
 from samp_blender.samp_addon.motion import Goal
 from samp_blender.samp_addon.pipeline import driver

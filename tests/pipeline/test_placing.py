@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from samp_blender.samp_addon.evaluation.between_bodies import Track
+from samp_blender.samp_addon.body.balls import Track
 from samp_blender.samp_addon.pipeline.cast.role import Other
 from samp_blender.samp_addon.pipeline.placing import Placer
 from samp_blender.samp_addon.scene.geometry import SceneGeometry

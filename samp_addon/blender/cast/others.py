@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 
 from ... import frames
+from ...body.balls import Track
 from ...errors import SampError
-from ...evaluation.between_bodies import Track
 from ...pipeline.cast.cast_take import track
 from ...pipeline.cast.directing import RATE
 from ...pipeline.cast.role import Other

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...body import balls, proportions
+from ...body.balls import Track
 from ...body.human import Human
-from ...evaluation.between_bodies import Track, over_time
+from ...evaluation.between_bodies import over_time
 from ...methods.take import Failure, Take
 from ...motion import Motion
 

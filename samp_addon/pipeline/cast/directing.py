@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...evaluation.between_bodies import Track
+from ...body.balls import Track
 from ...methods.take import Take
 from ...progress import Progress, SubProgress
 from ..driver import Store, Toolbox
@@ -122,7 +122,7 @@ class _Direction:
     def _make(
         self, rows: Mapping[int, together.Row], members: Mapping[int, Seated], progress: Progress
     ) -> dict[int, str]:
-        """Generate and keep the takes of these steps; return why members have none."""
+        """Generate and keep the takes of these steps; return, by member, why there is none."""
         made, reasons = together.generate(rows, self.seeds, self.tools.methods, progress)
         for k, take in made.items():
             self.takes[k] = take if members[k].pause is None else pausing.merged(take)
@@ -130,7 +130,7 @@ class _Direction:
         return reasons
 
     def _among(self, row: together.Row, number: int) -> together.Row:
-        """Return the steps of a member that know all other bodies so far."""
+        """Return the steps of a member with all bodies so far in the scene of the first one."""
         begin = self._earliest(number)
         members = [(self.tracks[k], self._earliest(k) - begin) for k in self.takes if k != number]
         return seeing.among(row, members + [(other.track, -begin) for other in self.work.others])

@@ -21,12 +21,12 @@ SHORTEST = 0.05
 """Seconds below which nothing is put before a take."""
 
 SWAY = 1.5
-"""Seconds at a take's end that are played back and forth, at most, to hold its last pose longer."""
+"""Longest part of a take's end, in seconds, that is played back and forth to hold its last pose longer."""
 
 STILL = 0.04
-"""Metres within which pelvis and feet stay in these seconds: a walk that has just ended is not played backwards."""
+"""Metres within which pelvis and feet stay in this part, so that a walk that has just ended is not played backwards."""
 
-STANDING = [skeleton.INDEX[name] for name in ("pelvis", "left_foot", "right_foot")]
+HELD = [skeleton.INDEX[name] for name in ("pelvis", "left_foot", "right_foot")]
 
 IDLE = "samp"
 """The method whose idle action fills the time in which a body waits."""
@@ -115,10 +115,13 @@ def lengthened(take: Take, frames: int) -> Take:
 
 
 def _still(motion: Motion) -> int:
-    """Return how many frames before the last one, at least 1, are within SWAY of it, with pelvis and feet as there."""
+    """Return the number of frames before the last one in which pelvis and feet are within STILL of where they end.
+
+    At least 1, and at most SWAY seconds.
+    """
     longest = min(round(SWAY * motion.fps), len(motion) - 1)
     end = _rows(motion, np.arange(len(motion) - 1 - longest, len(motion)))
-    places = end.forward_kinematics()[0][:, STANDING]
+    places = end.forward_kinematics()[0][:, HELD]
     moved = np.linalg.norm(places - places[-1], axis=-1).max(axis=-1)[::-1] > STILL
     return max(1, int(moved.argmax()) - 1 if moved.any() else longest)
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...body.balls import Track
 from ...body.human import Human
-from ...evaluation.between_bodies import Track
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...refine.refinement import Surroundings

@@ -1,4 +1,7 @@
-"""Members whose methods know where the others are at every time: they are generated one after another."""
+"""Members of a cast whose methods take the other bodies over time into account, and what they are given.
+
+They are generated one after another, since each has to know those before it.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +10,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...evaluation.between_bodies import Track
+from ...body.balls import Track
 from ...methods.method import Method
 from .together import Row
 
 
 def seeing(rows: Mapping[int, Row], methods: Mapping[str, Method]) -> list[int]:
-    """Return the members of these whose first step is made by such a method."""
+    """Return the members whose first step is made by a method that needs the other bodies."""
     return [k for k, row in rows.items() if "others" in methods[row[0][0].method].needs]
 
 
 def among(row: Row, bodies: Sequence[tuple[Track, int]]) -> Row:
-    """Return the steps of a member, the first of which knows other bodies and how many frames later they begin.
+    """Return the steps of a member with other bodies in the scene of the first one.
 
-    Only the first step does: how long it takes is not known before.
+    bodies: each with the number of frames by which it begins later. Later steps have none, because the time at which
+    they begin is not known.
     """
     (step, view), *later = row
     return [(step, replace(view, others=[late(body, frames) for body, frames in bodies])), *later]
 
 
 def late(body: Track, frames: int) -> Track:
-    """Return a body that does the same so many frames later, or earlier, and is in its first pose before."""
+    """Return a body that is delayed by a number of frames, negative for earlier; before it begins, it has its first
+    pose."""
     rows = np.clip(np.arange(max(len(body) + frames, 1)) - frames, 0, len(body) - 1)
     return replace(body, centres=body.centres[rows])

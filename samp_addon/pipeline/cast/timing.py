@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...evaluation.between_bodies import Track, conflicts
+from ...body.balls import Track
+from ...evaluation.between_bodies import conflicts
 
 CLEARANCE = 0.03
 """Metres between the balls of two bodies; these may lie 2 cm under the skin."""

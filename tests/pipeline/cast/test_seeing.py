@@ -1,4 +1,4 @@
-"""Members whose methods know where the others are over time: generated one after another, with those before in view."""
+"""Members whose methods need the other bodies over time are generated one after another, each with those before it."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_a_body_that_begins_later_or_earlier(frames, places):
 
 
 def test_each_member_knows_those_before_it():
-    """With their delays: who begins a second later sees the others as they are then."""
+    """With their delays: a member that begins a second later is given the others from that second on."""
     method = Standing()
     ann, ben, cem = (
         Role(Member(JOB, name, delay), ("",), ((view(x),),), human.load())

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from samp_blender.samp_addon.evaluation.between_bodies import Track, conflicts, depth, over_time
+from samp_blender.samp_addon.body.balls import Track
+from samp_blender.samp_addon.evaluation.between_bodies import conflicts, depth, over_time
 from samp_blender.samp_addon.pipeline.cast.timing import pairs, pause, schedule
 
 RADIUS = 0.25
