@@ -39,14 +39,14 @@ def heading_yaw(positions: torch.Tensor) -> torch.Tensor:
 
 
 def turn(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
-    """Rotate horizontal pairs (..., 2) by yaws that are broadcast to (...), positive from +Z towards +X."""
+    """Rotate horizontal pairs (..., 2) by yaws, broadcast to (...), positive from +Z towards +X; radians."""
     c, s = torch.cos(yaw), torch.sin(yaw)
     x, z = vectors.unbind(-1)
     return torch.stack([c * x + s * z, c * z - s * x], dim=-1)
 
 
 def turn3(vectors: torch.Tensor, yaw: torch.Tensor) -> torch.Tensor:
-    """Rotate vectors (..., 3) about the vertical by yaws that are broadcast to (...)."""
+    """Rotate vectors (..., 3) about the vertical by yaws, broadcast to (...); radians."""
     c, s = torch.cos(yaw), torch.sin(yaw)
     x, y, z = vectors.unbind(-1)
     return torch.stack([c * x + s * z, y, c * z - s * x], dim=-1)
@@ -149,10 +149,10 @@ def assemble(
     position and direction. window_goals: (N, 13, 11) world position, direction, action.
     """
     n, yaw, origin = len(reference), reference[:, 2:], on_floor(reference)[:, None]
-    # What is expressed in one frame is turned together: a rollout spends its time on the number of operations.
+    # All vectors of one frame are turned in one call: the number of calls takes most of a rollout's time.
     pose = torch.cat([(joints - origin)[:, :, None], axes, velocities[:, :, None]], 2).reshape(n, -1, 3)
-    goals = torch.cat([pose, window_goals[..., :3] - origin, window_goals[..., 3:6]], 1)
-    pose, places, facings = turn3(goals, -yaw).split([pose.shape[1], SAMPLES, SAMPLES], 1)
+    vectors = torch.cat([pose, window_goals[..., :3] - origin, window_goals[..., 3:6]], 1)
+    pose, places, facings = turn3(vectors, -yaw).split([pose.shape[1], SAMPLES, SAMPLES], 1)
     goals = torch.cat([places, facings, window_goals[..., 6:]], -1)
     future = to_root(joints, future_root)
     facing = direction(window_roots[..., 2])

@@ -66,8 +66,9 @@ class Method(Protocol):
     """A way to make motion.
 
     name: the value of ``--method`` and of the report. label, description: in the panel. actions: those it can be asked
-    for; empty where it takes none. needs: fields of SceneView that have to be read from the artist's scene. options:
-    its own options. batch_size: how many takes one call of `generate` may make.
+    for; empty where it takes none. needs: fields of SceneView that have to be filled; "others" is filled by the
+    pipeline, which then generates the members of a cast one after another. options: its own options. batch_size: how
+    many takes one call of `generate` may make.
     """
 
     name: str

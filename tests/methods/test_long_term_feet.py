@@ -64,7 +64,7 @@ def test_feet_stay_on_the_floor_while_a_body_sits_down():
     assert sole_heights(made).min() > -0.01
     np.testing.assert_allclose(made.root[-1], motion.root[-1], atol=0.01)
     fall = lambda one: np.diff(one.root[:, 1]).min()
-    assert fall(made) > 1.6 * fall(motion)  # nobody is raised to the floor first and dropped afterwards
+    assert fall(made) > 1.6 * fall(motion)  # the body is not raised to the floor first and dropped afterwards
 
 
 @pytest.mark.parametrize(

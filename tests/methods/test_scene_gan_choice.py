@@ -37,10 +37,10 @@ def other(way, frames=65):
         ([[0, -2.5], [0, 0]], [], 36, 56),  # up to the box, which begins at -0.5
         ([[1.09, -2], [1.09, 2]], [], 12, 32),  # beside the box, a hip in it
         ([[0, -2], [0, -4]], [], 24, 48),  # off the floor, which ends at -3
-        ([[2, -2], [-2, -2]], [other([[-1.0, -2], [-1.0, -2]])], 16, 40),  # up to somebody who stands there
-        ([[2, -2], [2, -2]], [other([[-2, -2], [2, -2]])], 24, 48),  # somebody comes
-        ([[2, -2], [2, -2]], [other([[-2, 2], [2, 2]])], 64, 64),  # somebody passes at a distance
-        ([[2, -2], [0, -2]], [other([[1.6, -2], [-2, -2]])], 64, 64),  # who goes away is not met
+        ([[2, -2], [-2, -2]], [other([[-1.0, -2], [-1.0, -2]])], 16, 40),  # up to a body that stands there
+        ([[2, -2], [2, -2]], [other([[-2, -2], [2, -2]])], 24, 48),  # another body comes
+        ([[2, -2], [2, -2]], [other([[-2, 2], [2, 2]])], 64, 64),  # another body passes at a distance
+        ([[2, -2], [0, -2]], [other([[1.6, -2], [-2, -2]])], 64, 64),  # another body goes away
     ],
 )
 def test_how_far_a_window_can_be_followed(ground, way, others, low, high):
@@ -55,7 +55,7 @@ def test_a_window_begins_in_the_frame_of_the_others_in_which_it_is_given(ground)
     assert Judge(ground, [gone]).of(*still, 0.0, 60).frames == 64
 
 
-def test_nobody_begins_where_somebody_stands(ground):
+def test_no_take_begins_where_another_body_stands(ground):
     places = np.array([[2.0, 0.0, -2.0], [0.0, 0.0, -2.0]])
     assert Judge(ground, [other([[2, -2], [2, -2]])]).meets(places).tolist() == [True, False]
 

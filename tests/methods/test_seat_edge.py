@@ -63,7 +63,7 @@ def test_tucked_feet_come_out_of_a_sofa(tuck):
 
 
 def test_a_standing_body_comes_out_of_a_sofa_with_its_feet():
-    """It leaned back over feet that were moved alone, as if it fell."""
+    """If its feet were moved alone, it would lean back over them."""
     sofa = front(box((-0.5, 0.0, -0.5), (0.5, 0.43, 0.3)))
     quats = np.zeros((FRAMES, 22, 4))
     quats[..., 0] = 1

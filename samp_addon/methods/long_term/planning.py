@@ -63,7 +63,7 @@ def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
     low = at[1] + CLEAR if start.action in SEATED else 0.0
     high = at[-2] - CLEAR if end.action in SEATED else total
     rests = [place.action in SEATED for place in (start, end)]
-    if all(rests) and low > high:  # nobody goes from seat to seat without rising
+    if all(rests) and low > high:  # the body rises between two seats, however near
         low = high = (low + high) / 2
     # Windows onto and off furniture are for that alone: longer ones glide over its edge or squat on the way.
     if total > REACH or all(rests) or (any(rests) and high - low > LEAST):

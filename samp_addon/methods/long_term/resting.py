@@ -1,8 +1,8 @@
-"""Windows onto and off furniture as people sit down and rise. Network frame, metres.
+"""Corrections of windows in which a body sits down, rests or rises. Network frame, metres.
 
-RouteNet leads the pelvis down in a straight line, so that a body squats in the air on its way; and it has learnt from
-clips in which somebody drops onto a seat at 1.5 m/s, so that the pelvis is fast when it is over the seat. PoseNet's
-feet walk on below the pelvis, into the seat.
+RouteNet lowers the pelvis on a straight line, so that the body squats in the air on its way. Its training clips contain
+drops onto seats at 1.5 m/s, so that the pelvis is too fast over the seat. The feet of PoseNet go on below the pelvis,
+into the seat.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ from ...skeleton import INDEX
 from ...vocabulary import SEATED
 
 AWAY = (0.08, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21, 0.24, 0.29, 0.35)
-"""Metres from the seated place, horizontally, within which the pelvis of three of four captured bodies is (406 sits)
-when it has come down to 0, 10, ... and 90 % of its height over the seat."""
+"""Horizontal distances of the pelvis from its seated place, metres, at 0, 10, ... and 90 % of the way up from its
+seated to its standing height: the upper quartiles of 406 captured sits."""
 PLANTED = (0.60, 0.45)
-"""Metres from the seated place, horizontally, within which the first and the second foot stand where they will stand
-while the body sits."""
+"""Horizontal distances of the pelvis from the seated place, metres, within which the first and the second foot stand
+where they stand while the body sits."""
 STEP = 9
-"""Frames of the step to that place."""
+"""Frames of the step of a foot to that place."""
 STIR = 0.25
-"""Share of the motion of pelvis and legs that is left to a body that rests: more of it is in the seat."""
-LYING = ("pelvis", *(f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle")))
+"""Share of the motion of pelvis and legs that a resting body keeps; more would move them into the seat."""
+STILLED = ("pelvis", *(f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle")))
 SOFT = 2.0
 """Frames over which raised heights are smoothed."""
 FASTEST = 0.47
-"""Metres per second of the pelvis near its rest: the median of people who rise, within 3 cm of it."""
+"""Metres per second of the pelvis near its rest: the median of captured bodies that rise, within 3 cm of it."""
 NEAR, FREE = 0.6, 0.9
-"""Shares of the height over the rest up to which the pelvis is held to that, and from which it is free."""
+"""Shares of the standing height over the rest up to which FASTEST holds in full, and from which it does not hold."""
 SPREAD = 7
-"""Frames around a fast one that are slowed with it."""
+"""Width, in frames, of the window around a fast frame that is slowed with it."""
 SIGMA = 3.0
-"""Frames over which the pace changes."""
+"""Frames, sigma of the Gaussian over which the pace changes."""
 
 
 def raised(places: np.ndarray, sits: tuple[bool, bool]) -> np.ndarray:
-    """Return heights (T,) of a pelvis at places (T, 3) that is low only over its seat.
+    """Return the heights (T,) of a pelvis at places (T, 3), raised so that it is low only over its seat.
 
-    sits: whether the body sits at the begin and at the end.
+    sits: whether the body sits at the beginning and at the end.
     """
     heights = places[:, 1]
     if sits[0] == sits[1]:
@@ -61,11 +61,10 @@ def raised(places: np.ndarray, sits: tuple[bool, bool]) -> np.ndarray:
 
 
 def planted(motion: Motion, begin: str, end: str) -> Motion:
-    """Return a window in which a body that sits down or rises stands in front of its seat with the feet that it has
-    while it sits.
+    """Return a window in which the feet of a body that sits down or rises stand where they stand while it sits.
 
-    The feet step there one after the other, the nearer one first. begin, end: what the body does at the ends of the
-    window.
+    The feet step to these places one after the other, the nearer one first, before the pelvis is over the seat.
+    begin, end: actions at the ends of the window.
     """
     if (begin == "sit") == (end == "sit"):
         return motion
@@ -94,8 +93,8 @@ def backwards(motion: Motion) -> Motion:
 
 
 def stilled(motion: Motion) -> Motion:
-    """Return a window in which a resting body stays where it is, with less motion of what lies on the furniture."""
-    joints = [INDEX[name] for name in LYING]
+    """Return a window in which the pelvis and the legs of a resting body keep a share STIR of their motion."""
+    joints = [INDEX[name] for name in STILLED]
     rotations = motion.rotations.copy()
     begin = np.broadcast_to(rotations[:1, joints], rotations[:, joints].shape)
     rotations[:, joints] = rotation.slerp(begin, rotations[:, joints], np.full((len(motion), 1), STIR))
@@ -105,7 +104,7 @@ def stilled(motion: Motion) -> Motion:
 def paced(motion: Motion, begin: str, end: str) -> Motion:
     """Return a window that takes longer where the pelvis is too fast for a body that sits or lies down, or rises.
 
-    begin, end: what the body does at the ends of the window.
+    begin, end: actions at the ends of the window.
     """
     if not {begin, end} & set(SEATED) or len(motion) < 3:
         return motion

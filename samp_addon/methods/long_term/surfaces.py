@@ -24,7 +24,7 @@ TALL = 2.2
 EVEN = 0.03
 """Metres by which the floor at two places may differ without a step between them."""
 STEPPED = 1.0
-"""Frames over which somebody mounts a step."""
+"""Frames, sigma of the Gaussian over which the floor rises at a step."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,10 @@ class Surfaces:
         return bool((self.field.at(points)[0] < 0).any())
 
     def floors(self, places: np.ndarray, first: float, last: float) -> np.ndarray:
-        """Return the heights (T,) of the floor under a pelvis at places (T, 3). first, last: those at its ends.
+        """Return the heights (T,) of the floor under a pelvis at places (T, 3). first, last: heights at its ends.
 
-        Over a step or a stair the floor is where it is, not on a straight line between the ends.
+        Between ends of about the same height they are interpolated; otherwise they are those of the ground, such as a
+        step or a stair.
         """
         even = np.linspace(first, last, len(places))
         if abs(last - first) < EVEN:

@@ -16,9 +16,9 @@ class Request:
     """Request for one take; network frame, metres, radians.
 
     start_position: (3,) on the floor under the character; start_yaw: its facing. action: one of vocabulary.ACTIONS.
-    goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path
-    from the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_front: returns the yaw
-    of its front, which takes a while; only networks whose grids are not drawn around the goal ask. seed: of all that is
+    goal: final position of the pelvis; for walk, run and idle a place on the floor. waypoints: (N, 3) of the path from
+    the start towards the goal. object_triangles: (F, 3, 3) of the target, or None. object_front: returns the yaw of its
+    front, which takes a while; networks whose grids are drawn around the goal do not call it. seed: of all that is
     drawn; latent_seed: of z alone, if that is to differ. hold_seconds: how long the action is held at the end. style:
     standard deviation of the noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it
     the character stands at the start. remarks: sentences for the artist about what was asked for and is not done
@@ -34,7 +34,7 @@ class Request:
     goal: Goal
     waypoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     object_triangles: np.ndarray | None = None
-    object_front: Callable[[], float] = float
+    object_front: Callable[[], float] = lambda: 0.0
     seed: int = 0
     hold_seconds: float = 2.0
     style: float = 0.1

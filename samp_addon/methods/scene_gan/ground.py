@@ -36,7 +36,7 @@ class Ground:
         return self.mesh.points[rows, 1]
 
     def fits(self, root: np.ndarray, floor: float) -> np.ndarray:
-        """Return in which frames a pelvis (T, 3) is at a place that a body can occupy.
+        """Return in which frames (T,) a pelvis (T, 3) is at a place that a body can occupy.
 
         floor: height of the ground at the beginning.
         """

@@ -25,20 +25,21 @@ OVERLAP = 12
 EASED = 10
 """Frames over which a window turns from the motion before it to what the network generated."""
 FEET = (10, 11)
-"""The joints that bear weight."""
+"""Joints of the balls of both feet, by which sliding is measured."""
 SHORTEST = 8
-"""Least frames by which a window that cannot be followed to its end makes the take longer."""
+"""Least number of frames by which a window makes the take longer; a shorter one is drawn again."""
 MARGIN = 4
 """Frames between the end of a cut window and the first one that cannot be followed."""
 MOST_BACK = 6
-"""How often a take goes back before it is given up."""
+"""How often the last window of a take is removed and drawn again before the take is given up."""
 PRESSED = 0.01
 """Metres of a window's bodies in furniture, on average, up to which no better draw is looked for."""
 
 
 @dataclass(frozen=True)
 class Improvised:
-    """root: (T, 3). rotations: (T, 22, 4). draws: how many were looked at in all; windows: for how many windows."""
+    """root: (T, 3). rotations: (T, 22, 4). draws: how many draws were judged in all. windows: for how many windows,
+    those that were drawn again included."""
 
     root: np.ndarray
     rotations: np.ndarray
@@ -84,8 +85,8 @@ class Improviser:
                     back += 1
                     if back > MOST_BACK:
                         raise SampError(
-                            f"None of {draws} draws stays on free floor and clear of others; try another seed, or "
-                            "move the character or the camera."
+                            f"None of {draws} draws stays on free floor and clear of others; try another seed or more "
+                            "draws, or move the character or the camera."
                         )
                     kept = max(at - (WINDOW - OVERLAP), begun) + 1
                     root, rotations = root[:kept], rotations[:kept]
@@ -97,11 +98,12 @@ class Improviser:
     def _window(
         self, root: np.ndarray, rotations: np.ndarray, first: int, draws: int, random: torch.Generator
     ) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the window that can be followed for the longest time, cut there: root (T, 3), rotations, and how many
-        of ``draws`` were looked at.
+        """Return the window that can be followed for the longest time, cut there: root (T, 3), rotations (T, 22, 4),
+        and how many of ``draws`` were judged.
 
-        first: the given frame's number in the take. The draws are looked at in the order of how much they are like
-        captured motion, see liveliness.py, until one stays out of furniture to its end.
+        root: (2, 3), rotations: (2, 22, 4) of the frames that the window goes on from. first: number, in the take, of
+        the second of these. The draws most like captured motion, see liveliness.py, are judged first, until one can be
+        followed to its end out of furniture.
         """
         ground = self.judge.ground
         floor = float(ground.floor(root[1:] - [0.0, ground.standing, 0.0])[0])
@@ -112,11 +114,11 @@ class Improviser:
         speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
         far = liveliness.wanted(speed, float(torch.rand(1, generator=random)))
         unlike = liveliness.unlike(motions.joints[:, :, FEET].double().numpy(), roots, far)
-        best, least, looked = None, (np.inf, np.inf), 0
+        best, least, judged = None, (np.inf, np.inf), 0
         for number in np.argsort(unlike):
             way, turned = continued(roots[number], quats[number], root, rotations)
             verdict = self.judge.of(way, turned, floor, first)
-            looked += 1
+            judged += 1
             rank = (-verdict.frames, round(verdict.depth, 3))
             if rank < least:
                 best, least = (way, turned), rank
@@ -124,7 +126,7 @@ class Improviser:
                 break
         kept = -least[0]
         end = kept + 1 if kept == WINDOW else max(kept - MARGIN, 0) + 1
-        return best[0][:end], best[1][:end], looked
+        return best[0][:end], best[1][:end], judged
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""

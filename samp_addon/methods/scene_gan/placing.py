@@ -51,7 +51,7 @@ def free_place(
 ) -> tuple[np.ndarray, float]:  # fmt: skip
     """Return a random place on free floor in view, and a yaw. Raise SampError where there is none.
 
-    taken: tells at which places (N, 3) somebody else is.
+    taken: returns at which places (N, 3) another body is (N,).
     """
     numbers, points = mesh.walkable, mesh.points
     fine = ~mesh.ground.rough[numbers] & ~taken(points)

@@ -62,7 +62,8 @@ def fits(
 ) -> np.ndarray:
     """Return how badly figures fit at some heights (K, L): depth of the body, distance of the skin that should rest.
 
-    The balls inside the skin feel what the skin has passed through: a blanket, a thin seat.
+    The depth of the skin is 0 behind a thin layer that it has passed through, such as a blanket or a thin seat; the
+    balls inside the skin have a depth there.
     """
     body, motion = shapes.body_of(figures[0].betas), as_motion(figures)
     skin = human.skin(body, motion, body.collision[::EVERY]).astype(np.float64)

@@ -56,7 +56,7 @@ class SeatFront:
     def clear_shins(self, motion: Motion, goal: np.ndarray, standing: np.ndarray) -> Motion:
         """Move feet forward as far as shins and heels would otherwise be inside the object.
 
-        A standing body moves with its feet, since it would lean back otherwise, and stays over the seat when it sinks.
+        The pelvis of a standing body moves with the feet, since the body would lean back otherwise; a seated one stays.
         goal: row of Route.goals, the seated pelvis. standing: (T,) shares, 1 upright and 0 seated. The floor of the
         motion is at height 0.
         """
