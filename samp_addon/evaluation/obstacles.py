@@ -44,7 +44,7 @@ SAMPLED_BOXES = 4
 """Boxes of surface samples that are kept."""
 
 RECENT = 4
-"""Heights of the floor, and counts that mean outside, whose cells and samples are kept."""
+"""How many floor heights, and how many sets of ray counts that mean outside, have their cells and samples kept."""
 
 KEPT = 1
 """Scenes whose obstacles `shared` keeps."""
@@ -56,7 +56,7 @@ _EDGE = BLOCK * PITCH
 class Obstacles:
     """The triangles of a scene with cached solid cells and samples. Thread-safe.
 
-    What is cached depends on the scene alone, so that a take has the same measures whatever was measured before it.
+    Cached values depend on the scene alone: the measures of a take do not depend on the takes measured before it.
     """
 
     def __init__(self, triangles: np.ndarray) -> None:
@@ -72,7 +72,7 @@ class Obstacles:
 
         vertices: (T, V, 3) metres. floor: height below which everything is solid, or None. The body of the first frame
         is assumed to be outside all solids. Returns depth (T, V), metres, 0 outside, and flags (T, V) of vertices
-        inside or less than 1 cm from a surface. Beyond PADDING the depth may be too large.
+        inside or less than 1 cm from a surface. Depths over PADDING may be too large.
         """
         with self._lock:
             solids = _recent(self._solids, floor, lambda: _Solids(self._triangles, floor))
@@ -92,7 +92,7 @@ class Obstacles:
 
 
 def _recent(kept: OrderedDict, key: Hashable, make: Callable[[], Any]) -> Any:
-    """Return what is kept under a key, made if missing; only the last RECENT used are kept."""
+    """Return the value kept under a key; make it if it is missing. Only the RECENT values used last are kept."""
     if key not in kept:
         kept[key] = make()
     kept.move_to_end(key)
@@ -127,8 +127,8 @@ _shared_lock = threading.Lock()
 def shared(triangles: np.ndarray) -> Obstacles:
     """Return the obstacles of a scene's triangles (F, 3, 3), the same ones for equal triangles.
 
-    Takes are judged, refined and measured in the same scene, and so are the next job's; its solid cells are computed
-    once.
+    The takes of a job, and those of the next jobs, are judged, refined and measured in the same scene; its solid cells
+    are computed once. The triangles must not be changed in place.
     """
     with _shared_lock:
         for known, obstacles in _shared:

@@ -118,7 +118,7 @@ class SkinSurface:
     def deepest(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> float:
         """Return the depth, metres, of the deepest of points (N, 3) inside the skin; 0 without one; see `inside`."""
         found, best = self._candidates(skin, points), 0.0
-        order = np.argsort(found.height)  # those deepest under the planes at their vertices first
+        order = np.argsort(found.height)  # the points deepest under the planes at their vertices first
         while len(order):
             part, order = found.rows[order[:BATCH]], order[BATCH:]
             inside = self._exact(skin, points, joints, part, found.near(part))
@@ -187,7 +187,8 @@ class SkinSurface:
         near: (N, K) nearest vertices. At an edge or a vertex the normals of all triangles that share it are added.
         """
         faces = np.sort(self._around[near].reshape(len(points), -1), axis=1)
-        fresh = np.diff(faces, axis=1, prepend=-1) > 0  # neighbouring vertices share triangles
+        # Each triangle once, since neighbouring vertices share triangles.
+        fresh = np.diff(faces, axis=1, prepend=-1) > 0
         row, first = np.nonzero(fresh)[0], np.flatnonzero(fresh)
         times = np.diff(np.append(first, faces.size))
         begin = np.searchsorted(row, np.arange(len(points)))

@@ -20,7 +20,7 @@ MOST_SAMPLES = 2_000_000
 """Upper limit of the samples in a box; beyond it they are farther apart."""
 
 FEWEST_SAMPLES = 1000
-"""Samples of a whole surface; they are closer together where it is small."""
+"""Least number of samples of a whole surface; those of a small one are closer together."""
 
 
 def without_twins(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -61,10 +61,10 @@ def samples_in_box(
 
 
 class FixedSamples:
-    """Samples of a surface at fixed places: what a box holds does not depend on the boxes that were asked for before.
+    """Samples of a surface at fixed places: the samples in a box do not depend on the boxes asked for before.
 
     Every triangle has a range of the surface's whole area, and its halves have the halves of that range; the samples
-    are at equal steps of it.
+    are at equal steps of it. Only in boxes with more than MOST_SAMPLES samples are they farther apart.
     """
 
     def __init__(self, triangles: np.ndarray, spacing: float = SPACING) -> None:
@@ -94,8 +94,11 @@ class FixedSamples:
 def _divided(
     triangles: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the parts (N, 3, 3), of short edges, of the triangles that overlap a box, their owners (N,), and where
-    in the owner's area each begins and ends (2, N), from 0 to 1."""
+    """Return the parts, with short edges, of the triangles that overlap a box, from low (3,) to high (3,).
+
+    Returns the parts (N, 3, 3), the indices (N,) of their triangles, and the ranges (2, N) of the triangle's area that
+    they take, from 0 to 1.
+    """
     owners = np.flatnonzero(_overlap(triangles, low, high))
     parts, ranges = triangles[owners].astype(np.float64), np.repeat([[0.0], [1.0]], len(owners), 1)
     done = []

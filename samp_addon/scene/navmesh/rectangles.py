@@ -95,7 +95,7 @@ def _grow(along_x: bytearray, along_z: bytearray, width: int, x: int, z: int) ->
     """
     x0 = x1 = x
     z0 = z1 = z
-    # Written out, because a room has tens of thousands of these tests. Empty ranges are passable.
+    # Written out without calls, since a room needs tens of thousands of these tests. Empty ranges are passable.
     in_x, in_z = along_x.find, along_z.find
     up = down = left = right = True
     while up or down or left or right:

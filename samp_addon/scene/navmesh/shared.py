@@ -1,4 +1,4 @@
-"""Navmeshes of scenes that were built a moment ago: takes and jobs in one scene walk on the same ground."""
+"""Navmeshes that takes and jobs in one scene share."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import navmesh
 from .navmesh import Agent, NavMesh
 
 KEPT = 3
-"""Navmeshes that are kept: for an upright and for a sideways body, and where one can sit down."""
+"""Number of navmeshes that are kept: a job has up to three agents, see methods/scene_view.py."""
 
 LARGE = 500_000
 """Triangles of a scene from which on its navmesh is not kept, because its triangles are kept with it."""
@@ -19,7 +19,8 @@ LARGE = 500_000
 
 @dataclass(frozen=True)
 class _Known:
-    """A navmesh, and what it was built of. cover: (N, 3), or None where it makes no difference."""
+    """A navmesh, and the arguments of its build. triangles: (F, 3, 3). cover: (N, 3), or None where the navmesh does
+    not depend on it."""
 
     mesh: NavMesh
     triangles: np.ndarray
@@ -31,9 +32,10 @@ _lock = threading.Lock()
 
 
 def shared(triangles: np.ndarray, agent: Agent, cover: np.ndarray) -> NavMesh:
-    """Return navmesh.build of triangles (F, 3, 3) and points (N, 3) to cover; the same one for equal arguments.
+    """Return the navmesh of triangles (F, 3, 3), see navmesh.build; the same one for equal arguments.
 
-    The points to cover make no difference to a scene that has a floor and is not too large.
+    cover: (N, 3) points to cover; a scene that has a floor and fits into one grid does not depend on them. The
+    triangles must not be changed in place.
     """
     with _lock:
         for known in _known:
