@@ -47,7 +47,7 @@ class SAMP_OT_draw_path(bpy.types.Operator):
             self.cancel(context)
             return {"CANCELLED"}
         begun = self._line.begun
-        if self._line.event(context, event):
+        if self._line.handle(context, event):
             self.cancel(context)
             return self.execute(context)
         return {"RUNNING_MODAL"} if begun or self._line.begun else {"PASS_THROUGH"}

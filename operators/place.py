@@ -23,7 +23,7 @@ PATH_KEY = "D"
 HINT = (
     "Click: bake   Shift Click: add a step   Drag: turn   Wheel: another way   D: draw the path   Esc: stop"
 )
-PATH_HINT = "Drag on the floor to draw the path   Esc: leave it"
+PATH_HINT = "Drag on the floor: draw the path   Esc: cancel the path"
 WORDS = {"sit": "Sit", "lie": "Lie", "walk": "Walk"}
 
 
@@ -101,7 +101,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         return self._aimed(context, event)
 
     def _aimed(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Handle an event over the scene: a click, the wheel, the mouse's move, the key of the path."""
+        """Handle an event over the scene: the key of the path, a click, the wheel, a move of the mouse."""
         if event.type == PATH_KEY and event.value == "PRESS" and self._pressed is None:
             self._begin_path(context)
             return {"RUNNING_MODAL"}
@@ -124,7 +124,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         self._forget(context)
 
     def _begin_path(self, context: bpy.types.Context) -> None:
-        """Let the mouse draw the path of the take, until the button is released."""
+        """Draw the path of the take with the mouse, from the next press of its button to the release."""
         from ..samp_addon.blender.placing import drawn_line
 
         self._light_up(context, None)
@@ -132,14 +132,14 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         context.workspace.status_text_set(PATH_HINT)
 
     def _draw_path(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Follow the line; once it is complete or left, aim again."""
-        left = event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS"
-        complete = not left and self._line.event(context, event)
+        """Handle an event while the path is drawn; aim again once it is complete or cancelled."""
+        cancelled = event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS"
+        complete = not cancelled and self._line.handle(context, event)
         if complete:
             made = self._line.add(context)
             self._path += tuple(point.name for point in made)
             self.report({"INFO"}, f"Added {len(made)} way-points.")
-        if complete or left:
+        if complete or cancelled:
             self._line = None
             self._figure.stroke(None)
             context.workspace.status_text_set(HINT)

@@ -7,12 +7,13 @@ import numpy as np
 from .. import skeleton
 
 INNER, OUTER = 0.015, 0.022
-"""How far a brow reaches from over the eye towards the nose, and towards the temple."""
+"""Horizontal extent of a brow from above the joint of the eye: towards the nose, and towards the temple."""
 HIGH = 0.0187
-"""Height of its middle over the eye; it falls towards the temple by FALL times the square of the distance."""
+"""Height of its centre line over that joint, on the side of the nose."""
 FALL = 13.0
+"""Per metre: towards the temple the centre line falls by FALL times the square of the distance from above the joint."""
 HALF = 0.0025
-"""Half of its width."""
+"""Half of its height."""
 
 
 def of(vertices: np.ndarray, faces: np.ndarray, joints: np.ndarray) -> np.ndarray:

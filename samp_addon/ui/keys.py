@@ -1,4 +1,4 @@
-"""The pie menu, and the keys of the 3D view; the artist changes them in the add-on's preferences or in the keymap."""
+"""The pie menu, and the add-on's keys in the 3D view, which can be changed in the preferences."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ PIE = (
     "redo_from_here",
     "follow_goal",
 )
-"""West, east, south, north, north-west, north-east, south-west, south-east."""
+"""Operators in the order of Blender's pie menus: west, east, south, north, north-west, north-east, south-west and
+south-east."""
 
 
 class SAMP_MT_pie(bpy.types.Menu):
-    """The operators that are used most, around the mouse"""
+    """Show the most common tools around the mouse"""
 
     bl_idname = "SAMP_MT_pie"
     bl_label = "SAMP"
@@ -34,7 +35,8 @@ class SAMP_MT_pie(bpy.types.Menu):
 
 
 class Key(NamedTuple):
-    """A key, with Shift and Alt, and what it calls. menu: of ``wm.call_menu_pie``, else empty."""
+    """A key, pressed with Shift and Alt, and the operator that it calls. menu: that ``wm.call_menu_pie`` shows; empty
+    for other operators."""
 
     type: str
     operator: str
@@ -46,6 +48,7 @@ KEYS = (Key("P", "wm.call_menu_pie", SAMP_MT_pie.bl_idname), Key("L", "samp.plac
 CLASSES = (SAMP_MT_pie,)
 
 _made: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
+"""The keys that `register` added, for `unregister`."""
 
 
 def register() -> None:
@@ -69,7 +72,7 @@ def unregister() -> None:
 
 
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """Draw the keys as the artist has set them, to be changed."""
+    """Draw the keys of the user's keymap as rows in which they can be changed."""
     import rna_keymap_ui
 
     config = context.window_manager.keyconfigs.user

@@ -75,14 +75,14 @@ def floor(monkeypatch):
 
 def test_a_line_needs_length_and_skips_what_is_no_floor(floor):
     line = drawn_line.DrawnLine(Figure())
-    assert not line.event(bpy.context, event("MOUSEMOVE", at=(5, 5))) and not line.begun
-    line.event(bpy.context, event("LEFTMOUSE", at=(0, 0)))
-    assert line.begun and not line.event(bpy.context, event("LEFTMOUSE", "RELEASE"))
+    assert not line.handle(bpy.context, event("MOUSEMOVE", at=(5, 5))) and not line.begun
+    line.handle(bpy.context, event("LEFTMOUSE", at=(0, 0)))
+    assert line.begun and not line.handle(bpy.context, event("LEFTMOUSE", "RELEASE"))
     assert not line.begun
-    line.event(bpy.context, event("LEFTMOUSE", at=(0, 0)))
+    line.handle(bpy.context, event("LEFTMOUSE", at=(0, 0)))
     for at in ((100, 0), (-50, 0), (200, 0)):
-        assert not line.event(bpy.context, event("MOUSEMOVE", at=at))
-    assert line.event(bpy.context, event("LEFTMOUSE", "RELEASE"))
+        assert not line.handle(bpy.context, event("MOUSEMOVE", at=at))
+    assert line.handle(bpy.context, event("LEFTMOUSE", "RELEASE"))
     made = line.add(bpy.context)
     assert made[-1].location.x == pytest.approx(2.0) and min(point.location.x for point in made) >= 0
 

@@ -19,10 +19,10 @@ SHOWN = (
 """Columns of the page; the table has all."""
 
 UNITS = {"cm": "cm", "cm_s": "cm/s", "deg": "degrees", "s": "s"}
-"""Ends of the names of measures, and how they are written."""
+"""Units at the ends of the names of measures, and how the page writes them."""
 
 DECIMALS = 1
-"""Of the measures; a page is looked at, the table is computed with."""
+"""Decimals of measures on the page; the table has all of them."""
 
 FILES = ("scene", "output", "preview")
 """Columns that are names of files."""
@@ -87,6 +87,7 @@ def page(report: Mapping[str, Any], folder: Path) -> str:
 
 
 def _title(name: str) -> str:
+    """Return the head of a column, with its unit."""
     for end in sorted(UNITS, key=len, reverse=True):
         if name.endswith(f"_{end}"):
             name = f"{name.removesuffix(f'_{end}')}, {UNITS[end]}"

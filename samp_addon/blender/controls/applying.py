@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -27,15 +29,8 @@ def apply(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types
     begin, end = rekeying.frame_span(action)
     motion = keyframes.read_motion(owner, action, begin, end, context.scene)
     poses = _poses(context, shown, range(begin, end + 1))
-    new = Motion(
-        np.concatenate([pose.root for pose in poses]),
-        np.concatenate([pose.rotations for pose in poses]),
-        motion.fps,
-        motion.contacts,
-        motion.actions,
-        rest_joints=motion.rest_joints,
-        interaction_start=motion.interaction_start,
-    )
+    root = np.concatenate([pose.root for pose in poses])
+    new = replace(motion, root=root, rotations=np.concatenate([pose.rotations for pose in poses]))
     made, slot = rekeying.rekey_copy(owner, action, motion, new, begin, derived_name(action, SUFFIX))
     action.use_fake_user = action.use_fake_user or action.library is None
     keyframes.activate_action(owner, made, slot)

@@ -175,7 +175,8 @@ def _floor(scene: SceneGeometry, target: Target) -> float | None:
 
 @by_content(kept=8)
 def _height_beside(scene: np.ndarray, target: np.ndarray) -> float | None:
-    """Return the same from the triangles (F, 3, 3) of both: while an arrow is dragged they stay as they are."""
+    """Return the height of the floor beside a target, see _floor; kept, since it does not change while an arrow is
+    dragged. scene, target: triangles (F, 3, 3)."""
     try:
         mesh = navigation.build(scene, cover=np.stack(extent(target)))
     except PathError:

@@ -15,9 +15,10 @@ LIFT = 0.02
 
 
 class DrawnLine:
-    """The line from a press of the mouse button to its release; ``figure`` shows it meanwhile."""
+    """A line that is drawn from a press of the mouse button to its release."""
 
     def __init__(self, figure: PlaceFigure) -> None:
+        """figure: shows the line in the 3D view."""
         self._figure = figure
         self._points: list[np.ndarray] | None = None
 
@@ -26,8 +27,8 @@ class DrawnLine:
         """Whether the button is down."""
         return self._points is not None
 
-    def event(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
-        """Follow an event of the mouse; return whether the line is complete. One without length begins again."""
+    def handle(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
+        """Handle an event of the mouse; return whether the line is complete. A line without length is dropped."""
         if event.type == "LEFTMOUSE" and event.value == "PRESS":
             self._points = []
             self._go_on(context, event)
@@ -53,5 +54,5 @@ class DrawnLine:
 
 
 def take_back(names: list[str]) -> None:
-    """Delete way-points by name, as far as they are still there."""
+    """Delete those way-points with these names that still exist."""
     waypoints.delete([bpy.data.objects[name] for name in names if name in bpy.data.objects])

@@ -39,7 +39,7 @@ class View:
 VIEWS = (View("front", 35.0, 18.0), View("side", 100.0, 8.0))
 CLOSE_VIEWS = tuple(replace(view, follow=True) for view in VIEWS)
 
-# Share of the picture's half that the space around the path takes.
+# Factor on the distance at which the space around the path would just fit into the picture.
 _FILLED = 0.85
 
 # Clip objects that are more than this (metres) in front of the character in close-ups.
@@ -84,7 +84,7 @@ def _outward(view: View, angle: float) -> Vector:
 
 
 def eye(track: Track, view: View) -> Vector:
-    """Return the place of the fixed camera that sees a whole path from one side."""
+    """Return the location of the fixed camera of a view, from which the whole path is seen."""
     centre, angle, distance = _framing(track, 0, follow=False)
     return Vector(centre) + _outward(view, angle) * distance
 
@@ -102,7 +102,7 @@ def _framing(track: Track, at: int, follow: bool) -> tuple[np.ndarray, float, fl
 
 
 def _radius(distance: float) -> float:
-    """Return the metres around the centre that a fixed camera at a distance is meant to see; see _framing."""
+    """Return the radius, metres, of the space around the path that a fixed camera at a distance sees; see _framing."""
     return distance * math.tan(_FIELD_OF_VIEW / 2) / _FILLED
 
 
@@ -172,7 +172,7 @@ def pictures(
 
 
 def _nearest_seen(view: View, distance: float) -> float:
-    """Return the metres from the camera at which what it sees begins. distance: to the centre."""
+    """Return the near clipping distance of the camera, metres. distance: from the camera to the centre."""
     if view.follow:
         return distance - _REACH
     return distance - _radius(distance) if view.cut else 0.1

@@ -21,7 +21,7 @@ from . import contact_sheet, workbench
 EVERY = 10  # frames between those in which a rig of another kind is looked at
 MOMENTS, COLUMNS = 4, 2
 SIDES = (0.0, -70.0, 65.0, -135.0, 130.0, 180.0)
-"""Degrees about the character from the usual view to those that are tried where furniture or a wall is in the way."""
+"""Azimuths, degrees from the usual view, that are tried in this order where furniture or a wall hides the body."""
 
 NEAR = 0.5
 """Metres from the pelvis within which a ray from the camera counts as having met the body."""
@@ -31,9 +31,9 @@ TILE = 238
 
 
 def write(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types.Action, path: Path) -> None:
-    """Write a PNG of 480 x 480 pixels: four moments of a take, from its start to its end, seen from the front, or from
-    where furniture and walls do not hide it.
+    """Write a PNG of 480 x 480 pixels with four moments of a take, from its start to its end.
 
+    The camera is in front of the character, or where furniture and walls hide it least, see best_view.
     Changes the open scene's render settings and frame, and the character's active Action; save the file before. Raise
     SampError where pictures cannot be rendered or written.
     """
@@ -56,7 +56,11 @@ def write(context: bpy.types.Context, owner: bpy.types.Object, action: bpy.types
 def best_view(
     context: bpy.types.Context, moments: Sequence[tuple[int, np.ndarray]], track: contact_sheet.Track
 ) -> contact_sheet.View:
-    """Return the view that sees the body at most moments, (frame, pelvis (3,)); what hides it still is cut away."""
+    """Return the first view of SIDES that sees the body at the most moments. Changes the scene's frame.
+
+    moments: each a frame of the scene and the pelvis (3,) in it. Where the body is hidden at some moments, what stands
+    between the camera and the path is cut away.
+    """
     usual = contact_sheet.VIEWS[0]
     views = [replace(usual, azimuth=usual.azimuth + side) for side in SIDES]
     seen = np.zeros(len(views), int)
@@ -68,7 +72,7 @@ def best_view(
 
 
 def _is_seen(context: bpy.types.Context, eye: Vector, pelvis: Vector) -> bool:
-    """Return whether nothing is between a camera and the body around a pelvis."""
+    """Return whether a ray from ``eye`` meets nothing before it is NEAR the pelvis."""
     away = pelvis - eye
     hit, *_ = context.scene.ray_cast(
         context.evaluated_depsgraph_get(), eye, away.normalized(), distance=max(away.length - NEAR, 0.0)
