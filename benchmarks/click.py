@@ -26,7 +26,7 @@ FRAMES = 600
 CLICKS = 4
 MANY = 32  # takes of one click
 Seconds = tuple[float, float]
-"""By the clock, and of the processor, which mean more on a busy machine."""
+"""Seconds by the clock, and of the processor; other programs lengthen the first more than the second."""
 
 SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), hold=2.5)
 

@@ -2,8 +2,8 @@
 
 python -m samp_blender.benchmarks.follow [--runs 5]
 
-Times are wall-clock and those of the whole process; on a busy machine the second says more. A first edit, which loads
-the networks, is not counted.
+Times are those of the clock and of the process; other programs lengthen the first more than the second. A first edit,
+which loads the networks, is not counted.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ WANTED = 2.0
 VIA = (-0.9, -1.0, 0.0)
 """A way-point on the way to the sofa, metres."""
 DRAGGED = 0.2
-"""Metres."""
+"""Metres by which an object is dragged along X."""
 
 Bake = tuple[bpy.types.Object, bpy.types.Action]
+"""A character and its take."""
 
 
 @dataclass(frozen=True)

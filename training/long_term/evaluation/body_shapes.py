@@ -2,7 +2,8 @@
 
 python -m samp_blender.training.long_term.evaluation.body_shapes --weights RUN --furniture FURNITURE --seats 20
 
-Each body stands in front of each seat, turns and sits down, as the extension makes it for a character of that shape.
+Each body stands in front of each seat, turns and sits down. The takes are those that the extension makes for a
+character of that shape.
 """
 
 from __future__ import annotations
@@ -39,11 +40,11 @@ BODIES = {
     "1.95 m, 120 kg": {"height": 1.95, "weight": 120},
 }
 FLOOR = ((-3.0, -0.1, -3.0), (3.0, 0.0, 3.0))
-AWAY, ASIDE = (
-    1.3,
-    0.5,
-)  # metres from the seat to the place in front of it where the take begins, and to its side
-NEAR = 2.0  # centimetres between the lower sole and the floor
+"""Lowest and highest corner of a box, metres."""
+AWAY, ASIDE = 1.3, 0.5
+"""Metres from the seat to the start of a take: forward, and to the side."""
+NEAR = 2.0
+"""Centimetres between the lower sole and the floor up to which a body stands on it."""
 
 
 def scene(triangles: np.ndarray) -> tuple[SceneGeometry, list[tuple[np.ndarray, float]]]:

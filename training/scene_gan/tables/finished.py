@@ -72,10 +72,8 @@ def of_room(method: SceneGanMethod, data: store.RoomData, options: argparse.Name
     """Return a row for each camera of a room."""
     rng = np.random.default_rng([options.seed, int(data.folder.name)])
     triangles = data.room.triangles
-    geometry, obstacles = (
-        SceneGeometry(triangles, np.zeros(len(triangles), np.int32), ("Room",)),
-        Obstacles(triangles),
-    )
+    geometry = SceneGeometry(triangles, np.zeros(len(triangles), np.int32), ("Room",))
+    obstacles = Obstacles(triangles)
     step = Step(action="", method="scene_gan", settings={"seconds": options.seconds})
     rows = []
     for view in views(data, options.cameras, rng):
