@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import bpy
 
-from ...blender.takes import loading
-from ...blender.thread_run import ThreadRun
+if TYPE_CHECKING:
+    from ...blender.thread_run import ThreadRun
 
 _begun: dict[str, ThreadRun] = {}
 """The loading threads, by the names of methods; read and written in the main thread only."""
@@ -19,5 +21,7 @@ def begin(method: str, in_window: bool = not bpy.app.background) -> ThreadRun | 
     if not in_window:
         return None
     if method not in _begun:
+        from ...blender.takes import loading  # not at registration
+
         _begun[method] = loading.begin(method)
     return _begun[method]
