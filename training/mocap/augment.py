@@ -12,7 +12,8 @@ from ...samp_addon.motion import Motion
 from ...samp_addon.refine.feet.foot_lock import LABELLED, lock_feet
 from .clip_files import Clip
 
-CHANGED = replace(LABELLED, steps=False)  # the steps of captured people are their own
+CHANGED = replace(LABELLED, steps=False)
+"""Foot lock of clips whose way was changed: captured motion has steps already."""
 
 
 def paced(clip: Clip, factor: float) -> Clip:
