@@ -185,7 +185,7 @@ def test_a_height_map_needs_no_camera(room):
         ({"camera": camera(1.0)}, (0, 0, 0), "Camera 'Shot' sees no free floor"),
         ({"camera": camera(), "start": (np.array([0.0, 0.0, 0.0]), 0.0)}, (0, 0, 0), "does not stand on free floor"),
         ({"camera": camera(), "start": (np.array([0.0, 0.0, -2.0]), 0.0)}, (0, 0, 0.05),
-         "None of 3 draws stays on free floor"),
+         "No draw out of 3 stays on free floor"),
     ],
 )  # fmt: skip
 def test_refusals(room, found, speed, message):

@@ -85,7 +85,7 @@ class Improviser:
                     back += 1
                     if back > MOST_BACK:
                         raise SampError(
-                            f"None of {draws} draws stays on free floor and clear of others; try another seed or more "
+                            f"No draw out of {draws} stays on free floor and clear of others; try another seed or more "
                             "draws, or move the character or the camera."
                         )
                     kept = max(at - (WINDOW - OVERLAP), begun) + 1
