@@ -105,7 +105,7 @@ def test_a_way_around_the_wall(mesh):
 
 def test_places_between_where_a_window_cannot_reach(geometry, mesh):
     stops = [find(geometry, mesh, (-3.0, 0.0, -3.4), 90), find(geometry, mesh, (2.0, 0.45, 1.95), 180)]
-    (leg,) = planning.legs(mesh, stops)
+    (leg,) = planning.legs(mesh, stops, np.random.default_rng(0), 0.0)
     assert leg.stops[-1] is stops[1] and len(leg.stops) >= 3
     assert not any(stop.fixed for stop in leg.stops[:-1])
     for path in leg.paths:

@@ -41,7 +41,13 @@ class LongTerm:
             repeated=True,
             switch="--sub-goal",
         ),
-        Option("pause", "seconds at each sub-goal but the last", default=0.7, minimum=0.0, maximum=60.0),
+        Option(
+            "pause",
+            "seconds at each sub-goal but the last, a little more or less in each take",
+            default=0.7,
+            minimum=0.0,
+            maximum=60.0,
+        ),
     )
     batch_size = 8
 

@@ -15,7 +15,7 @@ from ...frames import direction_yaw, ground_lengths
 from ...scene.navmesh import path as paths
 from ...scene.navmesh.navmesh import NavMesh
 from ...vocabulary import SEATED
-from . import way
+from . import variety, way
 from .sub_goals import places
 from .sub_goals.places import Place
 
@@ -39,12 +39,15 @@ class Leg:
     paths: tuple[np.ndarray, ...]
 
 
-def legs(mesh: NavMesh, stops: Sequence[Place]) -> list[Leg]:
-    """Return the ways between consecutive places. Raises SampError for one that cannot be reached."""
+def legs(mesh: NavMesh, stops: Sequence[Place], rng: np.random.Generator, scale: float) -> list[Leg]:
+    """Return the ways between consecutive places, bowed at random. Raises SampError for one that cannot be reached.
+
+    scale: of the noise; 0 for the shortest ways.
+    """
     found = []
     for number, (start, end) in enumerate(zip(stops[:-1], stops[1:], strict=True), start=1):
         try:
-            line = _line(mesh, start, end)
+            line = _line(mesh, start, end, rng, scale)
         except PathError as error:
             raise SampError(
                 f"Sub-goal {number + 1} cannot be reached from sub-goal {number}: {_lower(error)}"
@@ -78,8 +81,8 @@ def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
     return Leg((*between, end), pieces)
 
 
-def _line(mesh: NavMesh, start: Place, end: Place) -> np.ndarray:
-    """Return the way (N, 3) on the floor from one place to another."""
+def _line(mesh: NavMesh, start: Place, end: Place, rng: np.random.Generator, scale: float) -> np.ndarray:
+    """Return the way (N, 3) on the floor from one place to another, bowed where it does not lead onto furniture."""
     begin, last = start.floor, end.floor
     if np.linalg.norm((last - begin)[[0, 2]]) < way.NEAR:
         return np.array([begin, last])
@@ -90,9 +93,10 @@ def _line(mesh: NavMesh, start: Place, end: Place) -> np.ndarray:
         parts.append(begin[None])
     if end.action in SEATED:
         walk = paths.plan_to_goal(mesh, front, end.goal).waypoints
-        parts += [walk, last[None]]
+        parts += [variety.bowed(mesh, walk, rng, scale), last[None]]
     else:
-        parts.append(paths.plan(mesh, front, last, OFF_FLOOR).waypoints)
+        walk = paths.plan(mesh, front, last, OFF_FLOOR).waypoints
+        parts.append(variety.bowed(mesh, walk, rng, scale))
     return np.concatenate(parts)
 
 

@@ -48,7 +48,7 @@ class Planner:
         progress("Choosing places", 0.0)
         figure = self._before(draw.seed)
         with clock.stage("path"):
-            start, legs, remarks = self._legs(draw, clock, figure)
+            start, legs, remarks = self._legs(draw, clock, figure, rng)
         with clock.stage("motion"):
             motion, made = self._synthesis.take(start, legs, rng, figure, StageProgress(progress, "Moving"))
         last, line = legs[-1].stops[-1], np.concatenate([path for leg in legs for path in leg.paths])
@@ -96,14 +96,14 @@ class Planner:
         return synthesis.last_figure(motion, synthesis.known_betas(self.scene.betas), level)
 
     def _legs(
-        self, draw: Draw, clock: Clock, figure: Figure | None
+        self, draw: Draw, clock: Clock, figure: Figure | None, rng: np.random.Generator
     ) -> tuple[Place, list[Leg], tuple[str, ...]]:
         """Return where the take starts, its ways, and remarks for the artist."""
         if self.scene.sub_goals:
             stops, remarks = self._chosen
             if figure is not None:
                 stops = [self._where(figure, draw.seed), *stops]
-            return stops[0], planning.legs(self.mesh, stops), remarks
+            return stops[0], planning.legs(self.mesh, stops, rng, self._synthesis.scale), remarks
         return self._to_target(draw, clock, figure)
 
     @cached_property

@@ -13,13 +13,14 @@ from ...body import hand_poses, proportions
 from ...frames import ground_lengths
 from ...motion import Motion
 from ...vocabulary import SEATED
-from . import joining, networks, resting, way
+from . import joining, networks, resting, variety, way
 from .figure import Figure
 from .networks import Crossing, Networks
 from .planning import Leg
 from .sub_goals import bodies
 from .sub_goals.places import Place
 from .surfaces import Surfaces
+from .variety import Gait
 
 CYCLE = 1.15
 """Metres of way in two steps, as in models/long_term/gait.py."""
@@ -87,10 +88,11 @@ class Synthesis:
         place, count = start, sum(len(leg.stops) for leg in legs)
         for number, leg in enumerate(legs):
             if number:
-                self._hold(made, figure, place, self.pause, rng)
+                self._hold(made, figure, place, variety.pause(self.pause, rng, self.scale), rng)
+            gait = variety.gait(rng, self.scale)
             for stop, path in zip(leg.stops, leg.paths, strict=True):
                 progress(len(made.parts) / max(count + len(legs), 1))
-                figure = self._step(made, figure, place, stop, path, rng)
+                figure = self._step(made, figure, place, stop, path, gait, rng)
                 place = stop
             made.figures.append(figure)
             made.frames.append(made.length)
@@ -100,18 +102,19 @@ class Synthesis:
         return joining.finished(motion, floor), made
 
     def _step(
-        self, made: Made, figure: Figure, place: Place, stop: Place, path: np.ndarray, rng: np.random.Generator
+        self, made: Made, figure: Figure, place: Place, stop: Place, path: np.ndarray, gait: Gait,
+        rng: np.random.Generator,
     ) -> Figure:  # fmt: skip
         """Add the window to a stop; return the body there."""
-        phase = None
+        rests, phase = bool({place.action, stop.action} & set(SEATED)), None
         if not stop.fixed:
-            strides = ground_lengths(path)[-1] / CYCLE
+            strides = ground_lengths(path)[-1] / (CYCLE * gait.stride)
             phase = float(np.arctan2(*networks.phase(figure)[::-1])) + 2 * np.pi * float(strides)
         target = stop.body
         if target is None:
             target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
         line = np.concatenate([figure.root[None], path[1:-1], target.root[None]])
-        pace = RESTING_PACE if {place.action, stop.action} & set(SEATED) else 1.0
+        pace = RESTING_PACE * min(gait.pace, 1.0) if rests else gait.pace  # nobody hurries onto a seat
         crossing = Crossing(
             figure, target, way.resampled(line), (not place.fixed, not stop.fixed), pace * self.speed,
             networks.noises(rng, self.scale), (place.action == "sit", stop.action == "sit"),

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from ..networks import Networks
 
 DRAWS = 12
-"""Bodies that are drawn for one place, the best of which is taken."""
+"""Bodies that are drawn for one place; one of the best is taken."""
+NEAR_BEST = 0.004
+"""Cost in metres by which the body that is taken may be worse than the best one: nobody sees that."""
 AROUND = 1.25
 """Metres around a body from which its cloud is taken."""
 OFF_PHASE = 0.04
@@ -107,7 +109,7 @@ def choose(
     field, floor = surfaces.field, float(place.floor[1])
     if place.action in SEATED:
         figures, costs = settling.settled(drawn, field, floor)
-        best = figures[int(np.argmin(costs))]
+        best = figures[_near_best(costs, rng)]
         return settling.fitted(best, field, floor, place.action, int(rng.integers(2**31)))
     figures = [settling.grounded(figure, floor) for figure in drawn]
     costs = settling.fits(figures, field, floor)[:, 0]
@@ -115,4 +117,10 @@ def choose(
         read = np.array([tools.phase(figure) for figure in figures])
         off = np.arccos(np.clip(read @ gait, -1, 1))
         costs = costs + OFF_PHASE * off
-    return figures[int(np.argmin(costs))]
+    return figures[_near_best(costs, rng)]
+
+
+def _near_best(costs: np.ndarray, rng: np.random.Generator) -> int:
+    """Return a random one of the bodies that cost (K,) hardly more than the best one."""
+    # Rounded: the last bits depend on the number of threads, and takes must not.
+    return int(rng.choice(np.flatnonzero(np.round(costs - costs.min(), 5) <= NEAR_BEST)))
