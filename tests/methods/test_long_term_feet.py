@@ -11,6 +11,7 @@ from samp_blender.samp_addon.methods.long_term import joining, planning, resting
 from samp_blender.samp_addon.methods.long_term.figure import Figure, as_motion
 from samp_blender.samp_addon.methods.long_term.sub_goals.places import Place
 from samp_blender.samp_addon.methods.long_term.surfaces import Surfaces
+from samp_blender.samp_addon.methods.long_term.synthesis import Synthesis
 from samp_blender.samp_addon.refine.feet.foot import FEET
 from samp_blender.samp_addon.refine.feet.grounding import sole_heights
 from samp_blender.samp_addon.scene.navmesh import navmesh
@@ -57,10 +58,26 @@ def test_contacts_of_standing_and_lifted_feet():
         assert joining.contacts(seated, floor)[:, 3:].all() == stands
 
 
+def stepping_down(height, frames=40):
+    """Return a standing body that sinks by a height in a third of a second, and the floor (T,) under its pelvis."""
+    floor = np.interp(np.arange(frames), [15, 25], [height, 0.0])
+    return acting(moving(np.outer(floor + STANDS, [0.0, 1.0, 0.0])), "idle"), floor
+
+
+def test_a_foot_stays_on_what_it_stands_on_while_the_body_steps_down():
+    motion, floor = stepping_down(0.16)
+    assert joining.contacts(motion, floor)[:, 3:].all()
+    under = np.tile([0.16, 0.0], (len(motion), 1))  # the right foot on the mattress, the left one beside it
+    under[20, 0] = 0.0  # it slides over the edge
+    made = sole_heights(joining.finished(motion, floor, under))
+    assert np.ptp(made[:, 0]) < 0.02 and made[:, 0].mean() == pytest.approx(0.16, abs=0.02)
+    np.testing.assert_allclose(made[25:, 1], 0.0, atol=0.02)
+
+
 def test_feet_stay_on_the_floor_while_a_body_sits_down():
     motion = acting(moving(descent()), "sit", np.linspace(0, 1, FRAMES))
     assert sole_heights(motion).min() < -0.3
-    made = joining.finished(motion, np.zeros(FRAMES))
+    made = joining.finished(motion, np.zeros(FRAMES), np.zeros((FRAMES, 2)))
     assert sole_heights(made).min() > -0.01
     np.testing.assert_allclose(made.root[-1], motion.root[-1], atol=0.01)
     fall = lambda one: np.diff(one.root[:, 1]).min()
@@ -159,4 +176,12 @@ def test_the_floor_over_a_step_is_where_it_is():
     floors = surfaces.floors(places, 0.0, 0.16)
     np.testing.assert_allclose(floors[:20], 0.0, atol=0.02)
     np.testing.assert_allclose(floors[-20:], 0.16, atol=0.02)
+    motion = moving(places)
+    floors = Synthesis(None, surfaces, None, 0.0, 1.0, 0.0, 0.0).floors(motion, 0.0, 0.16)
+    assert floors.shape == (61, 3)
+    joints = motion.forward_kinematics()[0]
+    for column, foot in enumerate(FEET, start=1):  # each foot has passed the edge when it is over the step
+        over = joints[:, foot.ball, 0]
+        np.testing.assert_allclose(floors[over < -0.2, column], 0.0, atol=0.02)
+        np.testing.assert_allclose(floors[over > 0.2, column], 0.16, atol=0.02)
     assert surfaces.floors(places, 0.0, 0.01).tolist() == np.linspace(0.0, 0.01, 61).tolist()

@@ -59,24 +59,40 @@ def joined(parts: Sequence[Part]) -> tuple[Motion, list[int]]:
     return _even(motion, ends[1:-1]), ends[1:]
 
 
-def finished(motion: Motion, floor: np.ndarray) -> Motion:
-    """Return the motion with contacts, on the floor, and with feet that stay where they stand. floor: heights (T,).
+def finished(motion: Motion, floor: np.ndarray, under: np.ndarray) -> Motion:
+    """Return the motion with contacts, on the floor, and with feet that stay where they stand.
 
-    The feet of a body that sits down or rises stay on the floor as well: its legs bend, while the pelvis keeps to its
-    route.
+    floor: heights (T,) under the pelvis. under: heights (T, 2) under the feet, in the order of FEET. The feet of a body
+    that sits down or rises stay on the floor as well: its legs bend, while the pelvis keeps to its route.
     """
     resting = _resting(motion)
     motion = grounded(motion, floor, resting)
     motion = replace(motion, contacts=contacts(motion, floor))
-    return lock_feet(motion, floor, FOUND, np.clip(1 - 2 * resting, 0, 1))
+    under = _even_stances(under, motion.contacts)
+    return lock_feet(motion, under, FOUND, np.clip(1 - 2 * resting, 0, 1))
+
+
+def _even_stances(under: np.ndarray, contacts_: np.ndarray) -> np.ndarray:
+    """Return heights (T, 2) under the feet, one for each stance: a foot that slides does not pass an edge."""
+    made = under.copy()
+    for column, foot in enumerate(FEET):
+        stands = contacts_[:, foot.column] > 0.5
+        for run in np.split(np.arange(len(under)), np.flatnonzero(np.diff(stands)) + 1):
+            if stands[run[0]]:
+                made[run, column] = np.median(under[run, column])
+    return made
 
 
 def contacts(motion: Motion, floor: np.ndarray) -> np.ndarray:
-    """Return the contacts (T, 5) by speed and height of the feet, and of the pelvis by the action."""
+    """Return the contacts (T, 5) by speed and height of the feet, and of the pelvis by the action.
+
+    Speed and height are those over the floor (T,): feet that stand on something stay there while the body steps down.
+    """
     found, rests = np.zeros((len(motion), len(CONTACTS))), _resting(motion) > 0.5
     found[:, CONTACTS.index("pelvis")] = rests
     high = sole_heights(motion) - floor[:, None] > LOW
-    found[:, [foot.column for foot in FEET]] = foot_contacts(motion) * ~(rests[:, None] & high)
+    level = replace(motion, root=motion.root - floor[:, None] * np.array([0.0, 1.0, 0.0]))
+    found[:, [foot.column for foot in FEET]] = foot_contacts(level) * ~(rests[:, None] & high)
     return found
 
 

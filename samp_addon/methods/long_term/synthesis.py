@@ -12,6 +12,7 @@ from ...body import betas as shapes
 from ...body import hand_poses, proportions
 from ...frames import ground_lengths
 from ...motion import Motion
+from ...refine.feet.foot import FEET
 from ...vocabulary import SEATED
 from . import joining, networks, resting, variety, way
 from .figure import Figure
@@ -53,7 +54,7 @@ class Made:
         return sum(len(part.motion) - 1 for part in self.parts)
 
     def add(self, motion: Motion, begin: str, end: str, floor: np.ndarray) -> None:
-        """Append a window. floor: heights (T,) under it."""
+        """Append a window. floor: heights (T, 3) under its pelvis and its feet."""
         self.parts.append(joining.Part(motion, begin, end))
         self.floors.append(floor[1:])
 
@@ -99,7 +100,7 @@ class Synthesis:
         self._hold(made, figure, place, self.hold, rng)
         motion, _ = joining.joined(made.parts)
         floor = np.concatenate([made.floors[0][:1], *made.floors])
-        return joining.finished(motion, floor), made
+        return joining.finished(motion, floor[:, 0], floor[:, 1:]), made
 
     def _step(
         self, made: Made, figure: Figure, place: Place, stop: Place, path: np.ndarray, gait: Gait,
@@ -121,10 +122,14 @@ class Synthesis:
         )  # fmt: skip
         motion = self.networks.cross(crossing, self._cloud(figure, target, rng))
         motion = resting.paced(resting.planted(motion, place.action, stop.action), place.action, stop.action)
-        made.add(
-            motion, place.action, stop.action, self.surfaces.floors(motion.root, figure.level, target.level)
-        )
+        made.add(motion, place.action, stop.action, self.floors(motion, figure.level, target.level))
         return target
+
+    def floors(self, motion: Motion, first: float, last: float) -> np.ndarray:
+        """Return the heights (T, 3) of the floor under the pelvis and the feet of a window."""
+        joints = motion.forward_kinematics()[0]
+        under = [motion.root, *(joints[:, foot.ball] for foot in FEET)]
+        return np.stack([self.surfaces.floors(places, first, last) for places in under], axis=-1)
 
     def _hold(
         self, made: Made, figure: Figure, place: Place, seconds: float, rng: np.random.Generator
@@ -137,7 +142,7 @@ class Synthesis:
             crossing = Crossing(figure, figure, still, (False, False), 1.0, networks.noises(rng, self.scale))
             motion = self.networks.cross(crossing, self._cloud(figure, figure, rng), frames + 1)
             motion = resting.stilled(motion) if is_resting(place) else motion
-            made.add(motion, place.action, place.action, np.full(len(motion), figure.level))
+            made.add(motion, place.action, place.action, np.full((len(motion), 3), figure.level))
             left -= frames
 
     def _cloud(self, start: Figure, end: Figure, rng: np.random.Generator) -> np.ndarray:

@@ -70,13 +70,15 @@ def lock_feet(
 ) -> Motion:
     """Pin the feet of a motion during the stances of its contact labels.
 
-    floor: height of the support under the character, one number or (T,). settings: LABELLED, CAPTURED or FOUND. Where
-    a pinned foot is out of the leg's reach the pelvis sinks a little, smoothly. upright: share of this sinking that is
-    applied, one number or (T,); 0 for a body that rests. Raises ValueError without motion.contacts.
+    floor: height of the support under the character, one number or (T,), or under each foot, (T, 2) in the order of
+    FEET. settings: LABELLED, CAPTURED or FOUND. Where a pinned foot is out of the leg's reach the pelvis sinks a
+    little, smoothly. upright: share of this sinking that is applied, one number or (T,); 0 for a body that rests.
+    Raises ValueError without motion.contacts.
     """
     if motion.contacts is None:
         raise ValueError("foot lock needs the motion's contacts")
-    floor = np.broadcast_to(np.asarray(floor, dtype=np.float64), len(motion))
+    floor = np.asarray(floor, dtype=np.float64)
+    floors = np.broadcast_to(floor if floor.ndim == 2 else floor.reshape(-1, 1), (len(motion), len(FEET)))
     positions, _ = motion.forward_kinematics()
     found = [
         stances.from_contacts(
@@ -87,10 +89,10 @@ def lock_feet(
     if settings.steps:
         found = stepping(motion, found)
     corrections = [
-        _labelled(motion, foot, own, other, floor, settings)
-        for foot, own, other in zip(FEET, found, reversed(found), strict=True)
+        _labelled(motion, foot, own, other, under, settings)
+        for foot, own, other, under in zip(FEET, found, reversed(found), floors.T, strict=True)
     ]
-    return apply(motion, corrections, lambda tips: floor, upright, eased=True)
+    return apply(motion, corrections, lambda tips: floors.min(1), upright, eased=True)
 
 
 def lock_to_plans(motion: Motion, plans: Sequence[FootPlan], ground: Ground) -> Motion:
