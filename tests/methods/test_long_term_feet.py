@@ -20,6 +20,8 @@ from samp_blender.samp_addon.vocabulary import ACTIONS
 
 STANDS, SITS = 0.93, 0.5
 FRAMES = 60
+STEPPED = [((-3, -0.1, -3), (3, 0, 3)), ((0, 0, -3), (3, 0.16, 3))]
+"""A floor with a step of 16 cm."""
 
 
 def moving(root):
@@ -159,18 +161,27 @@ def test_the_pace_over_a_seat(begin, end, seconds, slower):
 
 
 def test_nobody_goes_from_seat_to_seat_without_rising():
+    mesh = navmesh.build(rooms.box(*STEPPED[0]))
     line = np.array([[0.0, 0, 0], [0.0, 0, 0.4], [0.9, 0, 0.4], [0.9, 0, 0.0]])
     place = lambda action, at: Place(action, np.array(at) + [0.0, 0.5, 0.0], 0.0, np.array(at))
-    *between, end = planning.divided(line, place("sit", line[0]), place("sit", line[-1])).stops
+    *between, end = planning.divided(mesh, line, place("sit", line[0]), place("sit", line[-1])).stops
     assert end.action == "sit" and {stop.action for stop in between} == {"walk"}
     assert all(stop.floor[2] == pytest.approx(0.4) for stop in between)
-    whole = planning.divided(line, place("idle", line[0]), place("idle", line[-1]))
+    whole = planning.divided(mesh, line, place("idle", line[0]), place("idle", line[-1]))
     assert len(whole.stops) == 1
 
 
+@pytest.mark.parametrize(("first", "level"), [(-2.6, 0.0), (-1.2, 0.16)])
+def test_places_between_are_on_the_ground_before_and_behind_a_step(first, level):
+    mesh = navmesh.build(np.concatenate([rooms.box(*box) for box in STEPPED]))
+    floors = np.array([[first, 0.0, 0.0], [first + 3.2, 0.16, 0.0]])
+    stops = [Place("idle", floor + [0.0, STANDS, 0.0], np.pi / 2, floor) for floor in floors]
+    ((between, _),) = (leg.stops for leg in planning.legs(mesh, stops, np.random.default_rng(0), 0.0))
+    assert between.floor[1] == pytest.approx(level, abs=0.02)
+
+
 def test_the_floor_over_a_step_is_where_it_is():
-    boxes = [((-3, -0.1, -3), (3, 0, 3)), ((0, 0, -3), (3, 0.16, 3))]
-    triangles = np.concatenate([rooms.box(*box) for box in boxes])
+    triangles = np.concatenate([rooms.box(*box) for box in STEPPED])
     surfaces = Surfaces(triangles, navmesh.build(triangles))
     places = np.column_stack([np.linspace(-1, 1, 61), np.full(61, STANDS), np.zeros(61)])
     floors = surfaces.floors(places, 0.0, 0.16)

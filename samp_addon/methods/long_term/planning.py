@@ -27,6 +27,8 @@ LEAST = 0.45
 """Metres of the shortest window that another place may make."""
 OFF_FLOOR = 0.4
 """Metres by which a standing body may be off walkable floor: it may lean closer to things than a walker passes."""
+STEP = 0.2
+"""Metres between a way and the ground under it, at most."""
 TANGENT = 0.25
 """Metres of way before and after a place between over which its facing is averaged."""
 
@@ -52,11 +54,11 @@ def legs(mesh: NavMesh, stops: Sequence[Place], rng: np.random.Generator, scale:
             raise SampError(
                 f"Sub-goal {number + 1} cannot be reached from sub-goal {number}: {_lower(error)}"
             ) from error
-        found.append(divided(line, start, end))
+        found.append(divided(mesh, line, start, end))
     return found
 
 
-def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
+def divided(mesh: NavMesh, line: np.ndarray, start: Place, end: Place) -> Leg:
     """Return a way (N, 3) on the floor with places between, evenly spaced, the outermost in front of the seats.
 
     The first and the last stretch of a way lead off and onto the furniture that its ends are on.
@@ -75,7 +77,7 @@ def divided(line: np.ndarray, start: Place, end: Place) -> Leg:
     else:
         marks = np.zeros(0)
     marks = [float(mark) for mark in marks if LEAST < mark < total - LEAST]
-    between = [_between(line, at, mark) for mark in marks]
+    between = [_between(mesh, line, at, mark) for mark in marks]
     cuts = [0.0, *marks, total]
     pieces = tuple(_part(line, at, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True))
     return Leg((*between, end), pieces)
@@ -106,9 +108,11 @@ def _front(mesh: NavMesh, place: Place, towards: np.ndarray) -> np.ndarray:
     return paths.plan_to_goal(mesh, begin, place.goal).waypoints[-1]
 
 
-def _between(line: np.ndarray, at: np.ndarray, mark: float) -> Place:
-    """Return a place that is walked through."""
+def _between(mesh: NavMesh, line: np.ndarray, at: np.ndarray, mark: float) -> Place:
+    """Return a place that is walked through, on the ground: a way is straight over a step lower than a stair."""
     floor, before, after = (_point(line, at, mark + shift) for shift in (0.0, -TANGENT, TANGENT))
+    ground = float(mesh.heights_at(floor))
+    floor[1] = ground if abs(ground - floor[1]) < STEP else floor[1]
     yaw = float(direction_yaw(after - before))
     return Place("walk", floor + [0.0, places.standing_height(), 0.0], yaw, floor, fixed=False)
 

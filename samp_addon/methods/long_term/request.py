@@ -150,4 +150,4 @@ class Planner:
             end = places.standing(self._synthesis.surfaces, line[-1], yaw, "The destination")
         if len(line) < 2:
             line = np.repeat(line, 2, axis=0)
-        return start, [planning.divided(line, start, end)], request.remarks
+        return start, [planning.divided(self.mesh, line, start, end)], request.remarks
