@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from ..networks import Networks
 
 DRAWS = 12
-"""Bodies that are drawn for one place; one of the best is taken."""
+"""Bodies that are drawn for one place; one of the best is taken, the best one on furniture."""
 NEAR_BEST = 0.004
-"""Cost in metres by which the body that is taken may be worse than the best one: nobody sees that."""
+"""Cost in metres by which a standing body that is taken may be worse than the best one: nobody sees that."""
 AROUND = 1.25
 """Metres around a body from which its cloud is taken."""
 OFF_PHASE = 0.04
@@ -109,7 +109,7 @@ def choose(
     field, floor = surfaces.field, float(place.floor[1])
     if place.action in SEATED:
         figures, costs = settling.settled(drawn, field, floor)
-        best = figures[_near_best(costs, rng)]
+        best = figures[int(np.argmin(costs))]
         return settling.fitted(best, field, floor, place.action, int(rng.integers(2**31)))
     figures = [settling.grounded(figure, floor) for figure in drawn]
     costs = settling.fits(figures, field, floor)[:, 0]
