@@ -56,7 +56,7 @@ class Surfaces:
         return bool((self.field.at(points)[0] < 0).any())
 
     def floors(self, places: np.ndarray, first: float, last: float) -> np.ndarray:
-        """Return the heights (T,) of the floor under a pelvis or a foot at places (T, 3). first, last: heights at its ends.
+        """Return the heights (T,) of the floor under a pelvis or a foot at places (T, 3), first and last at the ends.
 
         Between ends of about the same height they are interpolated; otherwise they are those of the ground, such as a
         step or a stair.
