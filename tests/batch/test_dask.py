@@ -136,9 +136,10 @@ def test_a_killed_worker_costs_its_running_chunk_only(tmp_path):
     done = Counter(name for what, name, _ in lines if what == "done")
     assert made == (0, []) and set(done) == {piece.name for piece in pieces}
     ((chunk, pid),) = killed
-    assert begun[chunk] == 2 and done[chunk] == 1
-    # Chunks whose result was lost with the worker are begun again as well; their lines are skipped.
+    # Chunks whose result was lost with the worker are begun again as well; their lines are skipped. On a busy machine
+    # the worker may be killed right after the end of its chunk.
     unfetched = {name for what, name, by in lines if what == "done" and by == pid}
+    assert begun[chunk] == 2 and done[chunk] == 1 + (chunk in unfetched)
     assert {name for name, count in begun.items() if count > 1} <= {chunk, *unfetched}
 
 
