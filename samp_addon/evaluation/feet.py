@@ -86,10 +86,10 @@ def stances(speed: np.ndarray, height: np.ndarray, fps: float) -> np.ndarray:
     return result
 
 
-def smoothed_speeds(points: np.ndarray, fps: float) -> np.ndarray:
-    """Return the horizontal speeds (T, N) of points (T, N, 3), m/s, averaged over five frames."""
-    speed = np.linalg.norm(velocities(points[..., [0, 2]], fps), axis=-1)
-    return ndimage.uniform_filter1d(speed, 5, axis=0, mode="nearest")
+def smoothed_speeds(points: np.ndarray, fps: float, window: int = 5) -> np.ndarray:
+    """Return the speeds (T, ...) of points (T, ..., D), m/s, averaged over ``window`` frames."""
+    speed = np.linalg.norm(velocities(points, fps), axis=-1)
+    return ndimage.uniform_filter1d(speed, window, axis=0, mode="nearest")
 
 
 def glides(motion: Motion) -> list[tuple[int, int]]:
@@ -97,7 +97,7 @@ def glides(motion: Motion) -> list[tuple[int, int]]:
     if len(motion) < 2:
         return []
     balls = motion.forward_kinematics()[0][:, [INDEX["left_foot"], INDEX["right_foot"]]]
-    slower = smoothed_speeds(balls, motion.fps).min(1)
+    slower = smoothed_speeds(balls[..., [0, 2]], motion.fps).min(1)
     pace = np.linalg.norm(velocities(motion.root[:, [0, 2]], motion.fps), axis=-1)
     upright = motion.root[:, 1] - balls[..., 1].min(1) > ON_FEET
     runs, _ = ndimage.label((slower > GLIDING) & (pace < RUNNING) & upright)

@@ -65,7 +65,7 @@ def as_motion(figures: Sequence[Figure]) -> Motion:
 
 
 def untwisted(rotations: np.ndarray, rest_joints: np.ndarray) -> np.ndarray:
-    """Return local quaternions (K, J, 4) without twists of the knees that nobody can do; no joint moves.
+    """Return local quaternions (K, J, 4) without impossible twists of the knees. No joint changes its place.
 
     The pose prior is trained on the places of joints: it twists the right thigh by half a turn, and the shin back.
     """

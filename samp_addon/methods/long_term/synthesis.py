@@ -115,7 +115,9 @@ class Synthesis:
         if target is None:
             target = bodies.choose(self.networks, self.surfaces, stop, self.betas, rng, self.scale, phase)
         line = np.concatenate([figure.root[None], path[1:-1], target.root[None]])
-        pace = RESTING_PACE * min(gait.pace, 1.0) if rests else gait.pace  # nobody hurries onto a seat
+        pace = (
+            RESTING_PACE * min(gait.pace, 1.0) if rests else gait.pace
+        )  # a fast gait does not make sitting down faster
         crossing = Crossing(
             figure, target, way.resampled(line), (not place.fixed, not stop.fixed), pace * self.speed,
             networks.noises(rng, self.scale), (place.action == "sit", stop.action == "sit"),

@@ -39,7 +39,7 @@ class Gait:
 
 
 def gait(rng: np.random.Generator, scale: float) -> Gait:
-    """Return a gait; who is faster takes longer strides as well."""
+    """Return a random gait. Faster gaits have longer strides."""
     fast, long = rng.uniform(-scale, scale, 2)
     return Gait(float(1 + PACE * fast), float(1 + STRIDE * (fast + long) / 2))
 

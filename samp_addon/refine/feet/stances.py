@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
+from ...evaluation.feet import smoothed_speeds
 from ..runs import runs
+
+SMOOTHED = 3  # frames over which the speed of a foot is averaged
 
 # Stances by contact labels.
 UNLOCK_RADIUS = 0.12  # metres of drift within a stance that count as a step
@@ -61,7 +63,7 @@ def from_contacts(
     """
     if len(ball) < 2:
         return []
-    slow = _smoothed_speed(ball[:, [0, 2]], fps) < fastest
+    slow = smoothed_speeds(ball[:, [0, 2]], fps, SMOOTHED) < fastest
     free = max(1, round(STEP_TIME * fps / 2))
     return [
         Stance(*span)
@@ -80,7 +82,7 @@ def from_ground(
     """
     if len(up) < 2:
         return []
-    speed = np.min([_smoothed_speed(end, fps) for end in ends], axis=0)
+    speed = np.min([smoothed_speeds(end, fps, SMOOTHED) for end in ends], axis=0)
     low = np.nanmin(np.nan_to_num(np.abs(heights), nan=1.0), axis=0)
     shortest = max(2, round(SHORTEST * fps / 30))
     found = []
@@ -111,12 +113,6 @@ def bridge(feet: Sequence[Sequence[Stance]], supported: np.ndarray, fps: float) 
         if until is None or last > until:
             until, latest = last, (side, k)
     return feet
-
-
-def _smoothed_speed(points: np.ndarray, fps: float) -> np.ndarray:
-    """Return the speed (T,), m/s, of points (T, D), averaged over three frames."""
-    speed = np.linalg.norm(np.gradient(points, 1 / fps, axis=0), axis=-1)
-    return uniform_filter1d(speed, 3, mode="nearest")
 
 
 def _split(

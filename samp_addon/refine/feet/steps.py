@@ -33,29 +33,33 @@ def stepping(motion: Motion, feet: Sequence[Sequence[Stance]]) -> list[list[Stan
     feet: stances by the labels. Their parts inside a glide are replaced; those before and after it are kept.
     """
     found = [list(own) for own in feet]
-    for first, last in glides(motion):
-        for k, planned in enumerate(_alternate(motion, first, last)):
+    gliding = glides(motion)
+    if not gliding:
+        return found
+    balls = motion.forward_kinematics()[0][:, [foot.ball for foot in FEET]]
+    speeds = smoothed_speeds(balls[..., [0, 2]], motion.fps)
+    for first, last in gliding:
+        for k, planned in enumerate(_alternate(speeds, motion.fps, first, last)):
             kept = [piece for stance in found[k] for piece in _outside(stance, first, last)]
             inside = sorted(kept + planned, key=lambda stance: stance.first)
             found[k] = _apart(inside, round(SWING * motion.fps / 30))
     return found
 
 
-def _alternate(motion: Motion, first: int, last: int) -> list[list[Stance]]:
+def _alternate(speeds: np.ndarray, fps: float, first: int, last: int) -> list[list[Stance]]:
     """Return the stances of both feet, in the order of FEET, in a glide from frame ``first`` up to ``last``.
 
-    The foot that is faster at the beginning makes the first step.
+    The foot that is faster at the beginning makes the first step. speeds: (T, 2) of the balls of the feet, m/s.
     """
-    count = max(1, round((last - first) * 30 / motion.fps / STEP))
+    count = max(1, round((last - first) * 30 / fps / STEP))
     bounds = np.linspace(first, last, count + 1).round().astype(int)
-    both = round(TOGETHER * motion.fps / 30)
-    balls = motion.forward_kinematics()[0][:, [foot.ball for foot in FEET]]
-    speeds = smoothed_speeds(balls, motion.fps)[bounds[0] : bounds[1]].mean(0)
+    both = round(TOGETHER * fps / 30)
+    begin = speeds[bounds[0] : bounds[1]].mean(0)
     out: list[list[Stance]] = [[], []]
     for k in range(count):
-        stands = (int(speeds.argmin()) + k) % 2
+        stands = (int(begin.argmin()) + k) % 2
         begins = max(int(bounds[k]) - both, 0)
-        out[stands].append(Stance(begins, min(int(bounds[k + 1]) + both, len(motion))))
+        out[stands].append(Stance(begins, min(int(bounds[k + 1]) + both, len(speeds))))
     return out
 
 

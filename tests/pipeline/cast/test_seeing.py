@@ -22,7 +22,7 @@ JOB = Job(action="", method="scene_gan")
 
 
 class Standing:
-    """Stands for a second where it begins. told: the others that it was told of at every call."""
+    """A method whose takes stand at their start for one second. told: the others in the scene of each call."""
 
     name, label, description, actions, options, batch_size = "scene_gan", "", "", (), (), 4
     needs = frozenset({"start", "others"})

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 DRAWS = 12
 """Bodies that are drawn for one place; one of the best is taken, the best one on furniture."""
 NEAR_BEST = 0.004
-"""Cost in metres by which a standing body that is taken may be worse than the best one: nobody sees that."""
+"""Cost in metres by which a standing body that is taken may be worse than the best one. It cannot be seen."""
 AROUND = 1.25
 """Metres around a body from which its cloud is taken."""
 OFF_PHASE = 0.04
