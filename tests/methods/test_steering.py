@@ -135,7 +135,7 @@ def test_selected_takes_are_planned_as_in_the_whole_batch():
     np.testing.assert_array_equal(part.goals(), tracked.goals()[rows])
 
 
-@pytest.mark.parametrize("away, height, follows", [(0.2, 0.9, False), (0.6, 0.9, True), (0.6, 0.7, False)])
+@pytest.mark.parametrize("away, height, follows", [(0.6, 0.9, False), (1.0, 0.9, True), (1.0, 0.7, False)])
 def test_walkers_that_overshoot_the_seat_are_steered_back(away, height, follows):
     tracked = taken("sit", travelled=5.0, end=(0.0, 0.55, 5.0))
     root = np.array([away, tracked.routes.points[0, -1, 1]])

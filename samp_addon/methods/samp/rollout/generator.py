@@ -73,7 +73,7 @@ def _run(
     """Roll out the batch, frame by frame, until every take is done or stuck."""
     import torch
 
-    from .steering import Guide
+    from .steering import Guide, plan
 
     takes = plan_takes(requests, network.net)
     record, done, frame = Record(len(takes)), np.zeros(len(takes), bool), 0
@@ -81,6 +81,8 @@ def _run(
     going, limit = np.arange(len(takes)), int(tracked.limit.max())
     with torch.inference_mode(), single_thread(len(takes) < MULTITHREADED):
         run, guide = start_rollout(takes, network), Guide(tracked)
+        # Rollouts of the training begin with the planned path, too. Without it the network alone stands for seconds.
+        run.set_path(plan(tracked, run.roots.numpy().astype(np.float64)))
         while len(going):
             run.set_goals(torch.as_tensor(tracked.goals(), dtype=torch.float32))
             new = run.step(None if stage == NETWORK else guide)

@@ -123,6 +123,10 @@ class Rollout:
         else:
             self.past_goals = torch.cat([self.past_goals[:, 1:], goals[:, None]], 1)
 
+    def set_path(self, future: np.ndarray) -> None:
+        """Set the future path (B, 6, 3) that the network sees in the next frame: x, z, yaw."""
+        self.future_roots = torch.as_tensor(future, dtype=torch.float32)
+
     def _input(self) -> torch.Tensor:
         """Return the state (B, 647) of the present frame, in its own root frame."""
         sampled = slice(0, None, state.SAMPLE_STRIDE)

@@ -21,16 +21,23 @@ FOLLOW = 0.85  # share of the planned path in the future path; the rest is the n
 LOOK_AHEAD = 0.7  # metres along the route to the point that bodies are turned towards
 MAX_TURN = np.radians(2.0)  # per frame
 MAX_SHIFT = 0.006  # metres per frame
-LAST_STEP = {"sit": 0.3, "lie": 0.3}  # metres at the end of the route that are left to the network
-OVERSHOT = 0.35  # metres from the end of the route beyond which they no longer are
+# Metres at the end of the route that are left to the network. As in training, it leads the turn in front of a seat;
+# steered through it, bodies slide on both feet and end three times as far from the facing of their goal.
+LAST_STEP = {"sit": 0.75, "lie": 0.3}
+OVERSHOT = 0.85  # metres from the end of the route beyond which they no longer are
 STANDING = 0.75  # of RolloutProgress.rise, above which a body stands
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame below which bodies are not steered: they turn by themselves
 SLOW_DOWN = 1.0  # m/s^2 at the end of the planned path
-TURNING = np.radians(150.0)  # rad/s of the planned facing
+SLOW_DOWN_TO_SEAT = (
+    0.7  # the same where a seat or a bed is the goal; captured people pass from 0.9 to 0.4 m/s in 0.5 m
+)
+# Planned turns are as fast as those of people who turn on the spot: a body that sees faster ones slides on both feet.
+TURNING = np.radians(110.0)  # rad/s of the planned facing
 RETURN = 0.6  # seconds, time constant with which the planned path returns to the route
 FACE_GOAL = 0.6  # metres before the end of the route over which the planned facing turns to the final one
 CORNER = 0.25  # metres before and after a point of the route, between which its direction is measured
+_SLOW_DOWN = np.array([SLOW_DOWN_TO_SEAT if action in LAST_STEP else SLOW_DOWN for action in ACTIONS])
 _LAST_STEPS = np.array([LAST_STEP.get(action, -1.0) for action in ACTIONS])
 _TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 
@@ -113,7 +120,8 @@ def plan(tracked: RolloutProgress, roots: np.ndarray) -> np.ndarray:
     # Bodies that face away from their route turn before they set off.
     willing = np.maximum(0.15, np.cos(np.clip(wrap_angle(facing - roots[:, 2]), -1.5, 1.5)))
     left = np.maximum(routes.length - tracked.travelled, 0.0)
-    ahead = travelled + _distances(tracked.planned_speed, tracked.pace * tracked.rise * willing, left)
+    speed, pace = tracked.planned_speed * willing, tracked.pace * tracked.rise * willing
+    ahead = travelled + _distances(speed, pace, left, _SLOW_DOWN[tracked.action])
     places = routes.at(np.concatenate([travelled, ahead], 1))
     aside = (roots[:, :2] - places[:, 0])[:, None] * np.exp(-_TIMES / RETURN)[:, None]
     turns = wrap_angle(_facing(routes, ahead) - roots[:, 2:])
@@ -121,16 +129,16 @@ def plan(tracked: RolloutProgress, roots: np.ndarray) -> np.ndarray:
     return np.concatenate([places[:, 1:] + aside, yaw[..., None]], -1)
 
 
-def _distances(speed: np.ndarray, pace: np.ndarray, left: np.ndarray) -> np.ndarray:
+def _distances(speed: np.ndarray, pace: np.ndarray, left: np.ndarray, slow_down: np.ndarray) -> np.ndarray:
     """Return the metres (B, 6) walked at the times of the samples.
 
-    speed: (B,) at present, pace: (B,) to be reached, m/s. left: (B,) metres to the stop.
+    speed: (B,) at present, pace: (B,) to be reached, m/s. left: (B,) metres to the stop. slow_down: (B,) m/s^2.
     """
     gone, out, step = np.zeros(len(speed)), [], SAMPLE_STRIDE / FPS
     for _ in range(FUTURE):
-        stopping = np.sqrt(2 * SLOW_DOWN * np.maximum(left - gone, 0.0))
+        stopping = np.sqrt(2 * slow_down * np.maximum(left - gone, 0.0))
         wanted = np.minimum(pace, stopping) - speed
-        speed = speed + np.clip(wanted, -2 * SLOW_DOWN * step, SPEED_UP * step)
+        speed = speed + np.clip(wanted, -2 * slow_down * step, SPEED_UP * step)
         gone = np.minimum(gone + np.maximum(speed, 0.0) * step, left)
         out.append(gone)
     return np.stack(out, -1)
