@@ -21,6 +21,7 @@ class Schedule:
     most_frames: length of the longest rollouts, reached between longer_from and longer_to. average: decay of the
     averaged weights per ten steps. drifts: rollouts keep their own place in the world and learn to return to the
     captured path (learning/drift.py). sees_goal_frame: the trajectory is also given and predicted relative to the goal.
+    bfloat16: compute the networks in bfloat16 on a CPU too, as on a GPU always.
     augmented: with mirror images and with every piece of furniture that is fitted to a capture, not only the first.
     """
 
@@ -41,6 +42,7 @@ class Schedule:
     drifts: bool = True
     sees_goal_frame: bool = True
     augmented: bool = True
+    bfloat16: bool = False
 
     def keep_truth(self, done: float) -> float:
         """Return the probability that the true state, not the prediction, is the next input."""

@@ -2,7 +2,8 @@
 
 A drift (B, 3) is the root of a rollout in the frame of the captured root: x, z (metres) and yaw (radians). The body and
 its past move with the root; goal, furniture and planned path stay in the world. Walking leads a body back to the path:
-after a path length s, the drift has decayed to exp(-s / RETURN) of itself.
+after a path length s, the drift has decayed to exp(-s / length) of itself. The length is RETURN, and shorter in front
+of a seat or bed: a body that sits down has only some decimetres of path left, and would end beside its goal.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import torch
 from .....models import state
 
 RETURN = 0.8  # metres of path over which a drift decays by a factor of e
+NEAR_RETURN = 0.25  # the same, close to a seat or bed
+NEAR, FAR = 0.6, 1.5  # metres to the goal between which the one passes into the other
 TURN_LENGTH = 0.15  # metres of path equivalent to a turn by one radian
 AHEAD = slice(state.NOW + 1, None)
 
@@ -33,6 +36,15 @@ def root_step(states: torch.Tensor) -> torch.Tensor:
     return torch.cat([now[:, :2], torch.atan2(now[:, 2], now[:, 3])[:, None]], -1)
 
 
+def return_lengths(distance: torch.Tensor, seated: torch.Tensor) -> torch.Tensor:
+    """Return the lengths of path (B, 1), metres, over which drifts decay by a factor of e.
+
+    distance: (B,) metres to the goal. seated: (B,) whether the goal is a seat or bed.
+    """
+    away = ((distance - NEAR) / (FAR - NEAR)).clamp(0, 1).masked_fill(~seated, 1.0)
+    return torch.lerp(torch.full_like(away, NEAR_RETURN), torch.full_like(away, RETURN), away)[:, None]
+
+
 def path_lengths(path: torch.Tensor) -> torch.Tensor:
     """Return the lengths (B, K), metres, of paths (B, K, 3) from the origin to each sample; turns add TURN_LENGTH."""
     steps = torch.diff(path, dim=1, prepend=torch.zeros_like(path[:, :1]))
@@ -48,36 +60,43 @@ def observe_goals(states: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
     return torch.cat(seen, -1).flatten(1)
 
 
-def observe_path(states: torch.Tensor, drift: torch.Tensor, first: int) -> torch.Tensor:
+def observe_path(states: torch.Tensor, drift: torch.Tensor, first: int, length: torch.Tensor) -> torch.Tensor:
     """Return positions and directions (B, K, 4) of a path that leads from drifted roots back to the captured one.
 
-    first: index of the first trajectory sample. The result is in the frames of the drifted roots.
+    first: index of the first trajectory sample. length: (B, 1), see return_lengths. The result is in the frames of the
+    drifted roots.
     """
     samples = states[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)[:, first:, :4]
     places = samples[..., :2]
     yaws = torch.atan2(samples[..., 2], samples[..., 3])
-    left = torch.exp(-path_lengths(torch.cat([places, yaws[..., None]], -1)) / RETURN)[..., None]
+    left = torch.exp(-path_lengths(torch.cat([places, yaws[..., None]], -1)) / length)[..., None]
     back = left * places + (1 - left) * state.flat_to_root(places, drift)
     turn = -(1 - left[..., 0]) * drift[:, 2:]
     return torch.cat([back, state.turn(samples[..., 2:], turn)], -1)
 
 
-def observe(states: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
-    """Return the states (B, 647) of captured frames as observed from drifted roots, in the frames of those."""
+def observe(states: torch.Tensor, drift: torch.Tensor, length: torch.Tensor) -> torch.Tensor:
+    """Return the states (B, 647) of captured frames as observed from drifted roots, in the frames of those.
+
+    length: (B, 1), see return_lengths.
+    """
     out = states.clone()
     out[:, state.GOAL] = observe_goals(states, drift)
     path = out[:, state.TRAJECTORY].view(-1, state.SAMPLES, 9)
-    path[:, AHEAD, :4] = observe_path(states, drift, state.NOW + 1)
+    path[:, AHEAD, :4] = observe_path(states, drift, state.NOW + 1, length)
     return state.consistent(out)
 
 
-def correct(targets: torch.Tensor, drift: torch.Tensor) -> torch.Tensor:
-    """Return targets (B, 647) for drifted roots: the captured ones, led back towards the captured path."""
+def correct(targets: torch.Tensor, drift: torch.Tensor, length: torch.Tensor) -> torch.Tensor:
+    """Return targets (B, 647) for drifted roots: the captured ones, led back towards the captured path.
+
+    length: (B, 1), see return_lengths.
+    """
     out = targets.clone()
     out[:, state.GOAL] = observe_goals(targets, drift)
     path = out[:, state.TRAJECTORY].view(-1, state.SAMPLES, 9)
     before = path[:, state.NOW, :4].clone()
-    path[:, state.NOW :, :4] = observe_path(targets, drift, state.NOW)
+    path[:, state.NOW :, :4] = observe_path(targets, drift, state.NOW, length)
     now = path[:, state.NOW, :4]
     yaw = lambda sample: torch.atan2(sample[:, 2], sample[:, 3])
     turn = yaw(now) - yaw(before)

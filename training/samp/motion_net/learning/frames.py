@@ -12,7 +12,7 @@ from .....models import state
 from .....samp_addon import skeleton
 from .....samp_addon.scene.voxels import RESOLUTION
 from .....samp_addon.vocabulary import ACTIONS, POSTURE_NAMES, POSTURES
-from . import compact, rarity, styles
+from . import compact, drift, rarity, styles
 from .features import Encoder
 
 SHARES = {"sit": 0.40, "lie": 0.17, "walk": 0.19, "stroll": 0.08, "run": 0.10, "idle": 0.06}
@@ -85,6 +85,10 @@ class Frames:
     def goal_distance(self, frames: torch.Tensor, roots: torch.Tensor) -> torch.Tensor:
         """Return horizontal distances (B,), metres, from roots (B, 3) to the goals or edges of beds of frames (B,)."""
         return (roots[:, :2] - self.goal[frames]).norm(dim=-1) - BED_HALF * self.lying_goal[frames]
+
+    def return_lengths(self, frames: torch.Tensor) -> torch.Tensor:
+        """Return the lengths of path (B, 1) over which drifts from frames (B,) decay; see drift.py."""
+        return drift.return_lengths(self.goal_distance(frames, self.roots[frames]), self.seated_goal[frames])
 
     def sample_styles(self, action: int, count: int) -> tuple[torch.Tensor, torch.Tensor]:
         """Return styles (K, 16) and postures (K, 9) of random sequences of an action; none where there are none."""

@@ -76,7 +76,7 @@ class Rollouts:
         self.length = torch.full_like(self.at, window)
         self.age = (draws.uniform[:, 6] * window).long()
         self.truth_factor, self.reach, self.piece, self.shown = drawn
-        self.x = drift.observe(self._states(self.at), self.drift())
+        self.x = self._observed()
         self.tally = torch.zeros(2, device=device)
 
     def _draw_starts(self, draws: Draws) -> tuple[torch.Tensor, torch.Tensor, tuple[torch.Tensor, ...]]:
@@ -96,6 +96,10 @@ class Rollouts:
     def _states(self, frames: torch.Tensor) -> torch.Tensor:
         return self.frames.states[frames].float()
 
+    def _observed(self) -> torch.Tensor:
+        """Return the captured states (B, 647) as seen by the rollouts."""
+        return drift.observe(self._states(self.at), self.drift(), self.frames.return_lengths(self.at))
+
     def drift(self) -> torch.Tensor:
         """Return the drift (B, 3) of each rollout; see drift.py."""
         apart = drift.offset(self.own, self.frames.roots[self.at])
@@ -103,7 +107,8 @@ class Rollouts:
 
     def targets(self) -> torch.Tensor:
         """Return the targets (B, 647) in the root frames of the rollouts."""
-        return drift.correct(self.frames.targets[self.at].float(), self.drift())
+        frames = self.frames
+        return drift.correct(frames.targets[self.at].float(), self.drift(), frames.return_lengths(self.at))
 
     def object_features(self) -> torch.Tensor:
         """Return the features (B, 2048 + 9) of furniture and posture in the root frames of the rollouts."""
@@ -175,7 +180,7 @@ class Rollouts:
     def _input(self, fed: torch.Tensor, restarted: torch.Tensor, chance: torch.Tensor) -> torch.Tensor:
         """Return the next inputs (B, 647). restarted: (B, 1) rollouts that start from the truth. chance: (B, 7)."""
         truth_share = self.progress.truth
-        truth = drift.observe(self._states(self.at), self.drift())
+        truth = self._observed()
         keep = restarted | (chance[:, 5:6] < truth_share * self.truth_factor) | (truth_share >= 1)
         distance = self.frames.goal_distance(self.at, self.own)[:, None]
         planned = (self.reach < NEVER) & (

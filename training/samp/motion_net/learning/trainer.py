@@ -73,8 +73,9 @@ class Trainer:
         aside = (
             START_DRIFT / 2 * torch.randn(len(frames), 3, device=self.device) * float(self.schedule.drifts)
         )
-        states = drift.observe(self.frames.states[frames].float(), aside)
-        targets = drift.correct(self.frames.targets[frames].float(), aside)
+        lengths = self.frames.return_lengths(frames)
+        states = drift.observe(self.frames.states[frames].float(), aside, lengths)
+        targets = drift.correct(self.frames.targets[frames].float(), aside, lengths)
         nowhere = torch.zeros(2, OBJECT + POSTURES, device=self.device)
         none = torch.zeros_like(seated)
         sample = {
@@ -168,7 +169,7 @@ class Trainer:
     ) -> tuple[torch.Tensor, torch.Tensor, tuple[torch.Tensor, ...]]:
         """Return the loss (), the outputs of the decoder (B, 647), and parts of the loss: pose, KL divergences."""
         net, schedule, count = self.net, self.schedule, self.rollouts.count
-        mixed = self.device.type == "cuda"
+        mixed = self.device.type == "cuda" or schedule.bfloat16
         with torch.autocast(self.device.type, torch.bfloat16, enabled=mixed, cache_enabled=False):
             mean, log_variance = net.encode(x, y, features)
             z, kl = self._sample_z(mean.float(), log_variance.float())
