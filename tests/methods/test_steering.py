@@ -39,7 +39,7 @@ def test_bodies_that_face_away_turn_before_they_set_off():
     path = plan(taken(), np.array([0.0, 0.0, np.radians(170)]))
     assert path[-1, 1] < 0.3
     turned = np.degrees(170 * np.pi / 180 - path[:, 2])
-    assert (np.diff(turned) > 0).all() and 100 < turned[-1] <= 150 + 1e-6
+    assert (np.diff(turned) > 0).all() and 80 < turned[-1] <= np.degrees(steering.TURNING) + 1e-6
 
 
 def test_seated_bodies_do_not_set_off():

@@ -6,6 +6,7 @@ weights were made, with a margin of about a third.
 
 import statistics
 
+import numpy as np
 import pytest
 from samp_blender.samp_addon.evaluation import feet, metrics, posture
 from samp_blender.training import furniture
@@ -32,9 +33,16 @@ LIMITS = {
 CASES = [(stage, key) for stage, limits in LIMITS.items() for key in limits]
 
 
+def set_off_seconds(motion):
+    """Seconds until the pelvis moves faster than 0.4 m/s, averaged over a third of a second."""
+    speed = np.linalg.norm(np.diff(motion.root[:, [0, 2]], axis=0), axis=1) * motion.fps
+    return float(np.argmax(np.convolve(speed, np.full(10, 0.1), "same") > 0.4)) / motion.fps
+
+
 def measures(take, view):
     return (
-        metrics.goal_measures(take.motion, take.goal)
+        {"set_off_s": set_off_seconds(take.motion)}
+        | metrics.goal_measures(take.motion, take.goal)
         | posture.measures(take.motion)
         | feet.measures(take.motion, take.floor)
     )

@@ -12,6 +12,7 @@ import numpy as np
 import torch
 
 from ....models import weights
+from ....models.motion_net import ENCODER
 from ....samp_addon import rotation, skeleton
 from ....samp_addon.methods.start_poses import hands_hang
 from ...mocap import clip_files, sources
@@ -65,6 +66,9 @@ def main() -> None:
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--mocap", type=Path, nargs="+", required=True)
     parser.add_argument("--folder", type=Path, default=weights.FOLDER)
+    parser.add_argument(
+        "--encoder", type=Path, help="folder for the encoder, with which a training can begin"
+    )
     parser.add_argument("--last", action="store_true", help="the last weights, not their running average")
     options = parser.parse_args()
     body = torch.load(options.work / "checkpoint.pt", map_location="cpu", weights_only=True)
@@ -75,6 +79,9 @@ def main() -> None:
     heights, poses = start_poses(options.mocap)
     tensors |= {"start_heights": torch.as_tensor(heights), "start_rotations": torch.as_tensor(poses)}
     path = weights.save_weights("motion_net", tensors, options.folder)
+    if options.encoder:
+        encoder = {k: v for k, v in learnt.items() if k.startswith(ENCODER)}
+        weights.save_weights("encoder", encoder, options.encoder)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB after {body['step']} steps")
 
 
