@@ -17,15 +17,16 @@ ROOMS, TAKES = 4, 3
 
 LIMITS = {
     "network": {
-        "success": (0.45, 1.0),
-        "position_error_cm": (0.0, 18.0),
-        "rotation_error_deg": (0.0, 23.0),
-        "walk_knee_deg": (0.0, 28.0),
+        "success": (0.8, 1.0),
+        "position_error_cm": (0.0, 6.0),
+        "rotation_error_deg": (0.0, 9.5),
+        "walk_knee_deg": (0.0, 24.0),
+        "set_off_s": (0.0, 4.5),
     },
     "guided": {
         "success": (0.9, 1.0),
-        "position_error_cm": (0.0, 8.5),
-        "rotation_error_deg": (0.0, 13.0),
+        "position_error_cm": (0.0, 5.0),
+        "rotation_error_deg": (0.0, 5.0),
         "walk_knee_deg": (0.0, 30.0),
         "stance_slide_cm_s": (0.0, 10.0),
     },
