@@ -97,6 +97,13 @@ def test_what_is_drawn(action, places, possible):
         assert 0.55 < np.mean([names == ("lean_back",) for names in draws]) < 0.78
 
 
+def test_bodies_lean_on_a_back_as_often_as_people_on_seats_with_one():
+    shares = [(("lean_back",), 0.2), (("upright",), 0.8)]
+    draws = [postures.drawn(shares, "sit", ["lean_back"], seed) for seed in range(1000)]
+    leaning = np.mean(["lean_back" in names for names in draws])
+    assert leaning == pytest.approx(postures.WHERE_THERE_IS_PLACE["lean_back"], abs=0.05)
+
+
 @pytest.mark.parametrize(
     "wanted, drawn",
     [

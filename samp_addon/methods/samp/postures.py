@@ -21,6 +21,10 @@ EXCLUSIVE = (
 NEEDS_PLACE = ("lean_back", "hands_on_armrests", "hands_on_table", "half_sitting")
 """Postures that need something beside the place where the body rests; see posture_places.py."""
 
+WHERE_THERE_IS_PLACE = {"lean_back": 0.62}
+"""Share of a posture among the rests that have a place for it. The network's shares are those of all rests, on seats
+with and without a back; of 50 sits of the corpus on seats with one, 62 % touch it."""
+
 
 def parse(text: str | None) -> tuple[str, ...]:
     """Return the postures of a text such as ``lean_back,hands_on_lap``. Raise UsageError for wrong ones.
@@ -63,11 +67,25 @@ def drawn(
     ]
     if not fitting:
         return tuple(wanted)
+    for name in set(WHERE_THERE_IS_PLACE) & set(places):
+        fitting = _with_share(fitting, name, WHERE_THERE_IS_PLACE[name])
     # Another stream than the rollout's, which has the same seed.
     choice = Random(f"posture {seed}").choices(
         [names for names, _ in fitting], [share for _, share in fitting]
     )[0]
     return tuple(name for name in POSTURE_NAMES if name in choice)
+
+
+def _with_share(
+    shares: list[tuple[Collection[str], float]], name: str, wanted: float
+) -> list[tuple[Collection[str], float]]:
+    """Return the shares, scaled so that the combinations with a posture have a share; unchanged if all or none do."""
+    total = sum(share for _, share in shares)
+    having = sum(share for names, share in shares if name in names)
+    if not 0 < having < total:
+        return shares
+    of = {True: wanted / having, False: (1 - wanted) / (total - having)}
+    return [(names, share * of[name in names]) for names, share in shares]
 
 
 def numbers(names: Collection[str]) -> list[float]:
