@@ -145,3 +145,21 @@ def test_walkers_that_overshoot_the_seat_are_steered_back(away, height, follows)
     assert torch.equal(path, future) != follows
     if follows:
         assert abs(float(path[0, -1, 0])) < away / 2
+
+
+@pytest.mark.parametrize(
+    "postures, upright, held",
+    [((), 0.75, 0), ((), 0.4, 1), (("half_sitting",), 0.75, 1), (("half_sitting",), 0.97, 0)],
+)
+def test_half_sitting_bodies_need_not_lie_flat(postures, upright, held):
+    goal = Goal(np.array([0.0, 0.55, 5.0]), np.array([0.0, 0, 1]), "lie")
+    route = Route(np.zeros(3), np.zeros((0, 3)), goal, "lie")
+    tracked = RolloutProgress([Request(np.zeros(3), 0.0, "lie", goal)], [route], [postures])
+    tracked.travelled = np.array([route.length])
+    weights = np.eye(5)[[4]]
+    still = np.zeros(1)
+    pelvis = np.array([[0.0, 0.55, 5.0]])
+    tracked.update(
+        Observation(pelvis[:, [0, 2]], pelvis, still, still, weights, np.array([upright])), frame=100
+    )
+    assert tracked.held[0] == held

@@ -77,7 +77,8 @@ def _run(
 
     takes = plan_takes(requests, network.net)
     record, done, frame = Record(len(takes)), np.zeros(len(takes), bool), 0
-    tracked = RolloutProgress(requests, [take.route for take in takes])
+    routes, postures = [take.route for take in takes], [take.posture for take in takes]
+    tracked = RolloutProgress(requests, routes, postures)
     going, limit = np.arange(len(takes)), int(tracked.limit.max())
     with torch.inference_mode(), single_thread(len(takes) < MULTITHREADED):
         run, guide = start_rollout(takes, network), Guide(tracked)

@@ -28,6 +28,7 @@ LOW_SEAT = 0.45  # metres of goal height: on lower seats the pelvis need not com
 MAX_LEAD = 0.7  # m/s that the planned speed may be ahead of the body's
 RISING = 0.15  # share of the pace at which a seated body sets off
 RECLINED = 0.6  # cosine between chest and vertical below which a body counts as lying
+HALF_RECLINED = 0.9  # the same of one that rests half sitting, against a headboard or pillows
 OFF_GOAL = 2.0  # seconds of sitting off the goal after which the take is stuck
 PASSED = 0.05  # metres beyond a way-point
 
@@ -54,10 +55,14 @@ class RolloutProgress:
     travelled: metres along the route. pace: speed to be reached, planned_speed: speed that the plan sets out with,
     m/s. rise: how far the body has stood up, 0 to 1. goal_index: of the goal in force. held: frames in which the
     action was held at the goal; held_off_goal: frames in which it was held elsewhere. hold: frames after which a held
-    take is done; done_at: the frame in which it was, or -1. limit: frames after which a take is stuck.
+    take is done; done_at: the frame in which it was, or -1. limit: frames after which a take is stuck. reclined: cosine
+    between chest and vertical below which its body counts as lying.
     """
 
-    def __init__(self, requests: Sequence[Request], routes: Sequence[Route]) -> None:
+    def __init__(
+        self, requests: Sequence[Request], routes: Sequence[Route], postures: Sequence[Sequence[str]] = ()
+    ) -> None:
+        """postures: of each take, see postures.py."""
         self.routes = Routes(routes)
         self.all_goals, self.radii, self.along = (
             pad_rows([getattr(route, name) for route in routes]) for name in ("goals", "radii", "along")
@@ -75,6 +80,8 @@ class RolloutProgress:
         self.rise = np.ones(len(routes))
         self.goal_index, self.held, self.held_off_goal = (np.zeros(len(routes), int) for _ in range(3))
         self.done_at = np.full(len(routes), -1)
+        half = ["half_sitting" in names for names in postures] or [False] * len(routes)
+        self.reclined = np.where(half, HALF_RECLINED, RECLINED)
 
     def __len__(self) -> int:
         return len(self.pace)
@@ -141,4 +148,4 @@ class RolloutProgress:
         low = seen.pelvis[:, 1] < np.maximum(goal[:, 1], LOW_SEAT) + ARRIVED
         busy = seen.weights[np.arange(len(self)), action] > BUSY
         holds &= idle | (busy & low & (seen.vertical_speed < SETTLED))
-        return near, holds & ((action != ACTIONS.index("lie")) | (seen.upright < RECLINED))
+        return near, holds & ((action != ACTIONS.index("lie")) | (seen.upright < self.reclined))
