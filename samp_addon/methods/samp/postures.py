@@ -67,8 +67,8 @@ def drawn(
     ]
     if not fitting:
         return tuple(wanted)
-    for name in set(WHERE_THERE_IS_PLACE) & set(places):
-        fitting = _with_share(fitting, name, WHERE_THERE_IS_PLACE[name])
+    for name, share in WHERE_THERE_IS_PLACE.items():
+        fitting = _with_share(fitting, name, share) if name in places else fitting
     # Another stream than the rollout's, which has the same seed.
     choice = Random(f"posture {seed}").choices(
         [names for names, _ in fitting], [share for _, share in fitting]
@@ -79,7 +79,10 @@ def drawn(
 def _with_share(
     shares: list[tuple[Collection[str], float]], name: str, wanted: float
 ) -> list[tuple[Collection[str], float]]:
-    """Return the shares, scaled so that the combinations with a posture have a share; unchanged if all or none do."""
+    """Return the shares, scaled so that those of the combinations with a posture sum to ``wanted``.
+
+    They are unchanged if all or none of the combinations have the posture.
+    """
     total = sum(share for _, share in shares)
     having = sum(share for names, share in shares if name in names)
     if not 0 < having < total:

@@ -12,7 +12,7 @@ import torch
 from .....models.state import FPS, SAMPLE_STRIDE
 from ....easing import smoothstep
 from ....frames import wrap_angle
-from ....vocabulary import ACTIONS
+from ....vocabulary import ACTIONS, SEATED
 from ..route import SPEED_UP, Routes
 from .rollout import FUTURE
 from .tracking import RolloutProgress
@@ -22,22 +22,21 @@ LOOK_AHEAD = 0.7  # metres along the route to the point that bodies are turned t
 MAX_TURN = np.radians(2.0)  # per frame
 MAX_SHIFT = 0.006  # metres per frame
 # Metres at the end of the route that are left to the network. As in training, it leads the turn in front of a seat;
-# steered through it, bodies slide on both feet and end three times as far from the facing of their goal.
+# steered through it, bodies slide on both feet and the error of their final facing is twice as large.
 LAST_STEP = {"sit": 0.75, "lie": 0.3}
 OVERSHOT = 0.85  # metres from the end of the route beyond which they no longer are
 STANDING = 0.75  # of RolloutProgress.rise, above which a body stands
 TURN_GAIN, SHIFT_GAIN = 0.06, 0.06
 MOVING = 0.010  # metres per frame below which bodies are not steered: they turn by themselves
 SLOW_DOWN = 1.0  # m/s^2 at the end of the planned path
-SLOW_DOWN_TO_SEAT = (
-    0.7  # the same where a seat or a bed is the goal; captured people pass from 0.9 to 0.4 m/s in 0.5 m
-)
+# The same where the goal is a seat or a bed. Captured people slow down from 0.9 to 0.4 m/s within 0.5 m.
+SLOW_DOWN_TO_SEAT = 0.7
 # Planned turns are as fast as those of people who turn on the spot: a body that sees faster ones slides on both feet.
 TURNING = np.radians(110.0)  # rad/s of the planned facing
 RETURN = 0.6  # seconds, time constant with which the planned path returns to the route
 FACE_GOAL = 0.6  # metres before the end of the route over which the planned facing turns to the final one
 CORNER = 0.25  # metres before and after a point of the route, between which its direction is measured
-_SLOW_DOWN = np.array([SLOW_DOWN_TO_SEAT if action in LAST_STEP else SLOW_DOWN for action in ACTIONS])
+_SLOW_DOWN = np.array([SLOW_DOWN_TO_SEAT if action in SEATED else SLOW_DOWN for action in ACTIONS])
 _LAST_STEPS = np.array([LAST_STEP.get(action, -1.0) for action in ACTIONS])
 _TIMES = np.arange(1, FUTURE + 1) * SAMPLE_STRIDE / FPS
 

@@ -42,7 +42,7 @@ def return_lengths(distance: torch.Tensor, seated: torch.Tensor) -> torch.Tensor
     distance: (B,) metres to the goal. seated: (B,) whether the goal is a seat or bed.
     """
     away = ((distance - NEAR) / (FAR - NEAR)).clamp(0, 1).masked_fill(~seated, 1.0)
-    return torch.lerp(torch.full_like(away, NEAR_RETURN), torch.full_like(away, RETURN), away)[:, None]
+    return (NEAR_RETURN + away * (RETURN - NEAR_RETURN))[:, None]
 
 
 def path_lengths(path: torch.Tensor) -> torch.Tensor:
