@@ -49,6 +49,10 @@ def arguments() -> argparse.ArgumentParser:
     add("--network", choices=NETWORKS, default="motion_net")
     add("--hidden", type=int, default=HIDDEN, help="width of the prediction network")
     add("--no-object", action="store_true", help="ablation: hide the object from the network")
+    add("--no-goal-frame", action="store_true", help="ablation: no trajectory relative to the goal")
+    add(
+        "--no-augmentation", action="store_true", help="ablation: no mirror images, one piece for each capture"
+    )
     add("--bfloat16", action="store_true", help="on a CPU with instructions for bfloat16: twice as fast")
     add("--begin", type=Path, help="checkpoint, or folder of exported weights, to begin with")
     add("--seed", type=int, default=0)
@@ -60,7 +64,8 @@ def schedule_of(options: argparse.Namespace) -> Schedule:
     return Schedule(
         options.rate, *options.sampling, options.least_truth, options.kl, options.prior, options.network,
         not options.no_object, options.hidden, options.held, options.longest,
-        drifts=not options.no_drift, bfloat16=options.bfloat16,
+        drifts=not options.no_drift, sees_goal_frame=not options.no_goal_frame,
+        augmented=not options.no_augmentation, bfloat16=options.bfloat16,
     )  # fmt: skip
 
 
