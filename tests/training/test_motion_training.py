@@ -327,7 +327,7 @@ def test_merging_kinds_of_two_sets(path):
 
 def test_weights_are_split_and_assembled(data, tmp_path, monkeypatch):
     monkeypatch.setattr(pieces, "MOST", 2_000_000)
-    name, options = side_by_side.parse_run("slim:hidden=32,batch=4,held=8,rate=1e-3,encoder=1")
+    name, options = side_by_side.parse_run("slim:hidden=32,batch=4,held=8,rate=1e-3,encoder=1,bfloat16=1")
     run = side_by_side.Run(name, options, data, graph=False, fuse=False)
     run.queue_steps(0.0)
     out, scratch = tmp_path / "out", tmp_path / "scratch"

@@ -35,8 +35,10 @@ class Run:
 
     def __init__(self, name: str, options: dict, data: frames.Frames, graph: bool, fuse: bool) -> None:
         self.name, self.options = name, options
-        fields = {field.name for field in dataclasses.fields(Schedule)}
-        schedule = Schedule(**{k: v for k, v in options.items() if k in fields})
+        # Texts, since annotations of the schedule's module are not evaluated. Yes and no are written as 1 and 0.
+        kinds = {field.name: field.type for field in dataclasses.fields(Schedule)}
+        known = {k: v for k, v in options.items() if k in kinds}
+        schedule = Schedule(**{k: bool(v) if kinds[k] == "bool" else v for k, v in known.items()})
         self.trainer = Trainer(data, schedule, options["batch"], options["seed"])
         self.on_gpu = data.device.type == "cuda"
         self.stream = torch.cuda.Stream() if self.on_gpu else None
