@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-SETTLED = 6  # frames at the end of a take in which a settled body rests
+SETTLED = 16  # frames at the end of a take in which a settled body rests, half a second
 
 
 def smoothstep(t: np.ndarray) -> np.ndarray:

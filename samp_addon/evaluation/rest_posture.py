@@ -51,8 +51,8 @@ TOUCHING_BACK = 0.03
 BACK_ABOVE, BACK_BEHIND, BACK_ASIDE = 0.10, 0.45, 0.2
 """Metres over, behind and aside of the pelvis in which a seat has a back."""
 
-FEWEST_BACK_POINTS = 10
-"""Points on the seat's back below which it counts as having none."""
+LEAST_BACK_SHARE = 1 / 800
+"""Share of the seat's points on its back below which it counts as having none."""
 
 
 def flags(motion: Motion, action: str) -> dict[str, np.ndarray]:
@@ -78,7 +78,7 @@ def back_gap(motion: Motion, frame: int, points: np.ndarray, body: Human | None 
     behind = -(away @ ahead)
     aside = np.abs(away @ np.cross([0.0, 1.0, 0.0], ahead))
     back = points[(away[:, 1] > BACK_ABOVE) & (behind > 0) & (behind < BACK_BEHIND) & (aside < BACK_ASIDE)]
-    if len(back) < FEWEST_BACK_POINTS:
+    if len(back) < max(LEAST_BACK_SHARE * len(points), 1):
         return None
     return float(cKDTree(back).query(human.skin(body, still, human.back_of(body))[0])[0].min())
 

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.evaluation import metrics
 from samp_blender.samp_addon.methods.method import Draw
 from samp_blender.samp_addon.methods.samp.finishing import finish
 from samp_blender.samp_addon.methods.samp.method import Samp
@@ -82,7 +81,9 @@ def test_an_earlier_stage_is_neither_snapped_nor_locked(sit):
     moved = np.linalg.norm(guided.root - finished.root, axis=-1)
     assert moved[20:60].max() < 0.05
     assert moved[-30:].mean() > 0.005
-    sliding = [stages.all_measures(take, view)["stance_slide_cm_s"] for take in (made["guided"], made["finished"])]
+    sliding = [
+        stages.all_measures(take, view)["stance_slide_cm_s"] for take in (made["guided"], made["finished"])
+    ]
     assert sliding[0] > 2 * sliding[1]
 
 

@@ -55,6 +55,7 @@ ROWS = (
     ("walk_step_width_m", "walking: step width, m"),
     ("idle_knee_deg", "idle: knee flexion, deg"),
 )
+BACK_POINTS = 40_000  # on the target: they must lie closer together than the gap that counts as touching
 LAST_SECONDS = 2.0  # seconds at the end of a take for which the change by finishing is reported separately
 
 
@@ -160,7 +161,7 @@ def all_measures(take: Take, view: SceneView) -> dict:
     obstacles = Obstacles(view.geometry.triangles)
     numbers = metrics.measure(motion, take.goal, obstacles, take.floor) | posture.measures(motion)
     if take.goal.action == "sit" and view.target is not None:
-        points = sample_surface(view.target, 8000, seed=0)[0]
+        points = sample_surface(view.target, BACK_POINTS, seed=0)[0]
         gap = rest_posture.back_gap(motion, max(len(motion) - int(motion.fps / 2), 0), points)
         numbers["touches_back"] = None if gap is None else gap <= rest_posture.TOUCHING_BACK
     return numbers

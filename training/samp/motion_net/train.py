@@ -51,7 +51,9 @@ def arguments() -> argparse.ArgumentParser:
     add("--no-object", action="store_true", help="ablation: hide the object from the network")
     add("--no-goal-frame", action="store_true", help="ablation: no trajectory relative to the goal")
     add(
-        "--no-augmentation", action="store_true", help="ablation: no mirror images, one piece for each capture"
+        "--no-augmentation",
+        action="store_true",
+        help="ablation: no mirror images, one piece for each capture",
     )
     add("--bfloat16", action="store_true", help="on a CPU with instructions for bfloat16: twice as fast")
     add("--begin", type=Path, help="checkpoint, or folder of exported weights, to begin with")

@@ -23,6 +23,10 @@ FUTURE = state.SAMPLES - state.NOW - 1
 FRAME_NOISE = 0.1
 # Sum of the differences between shares of postures up to which a style fits a take as well as the best one.
 POSTURE_TOLERANCE = 0.5
+# Metres between the heights of two rests that make a style fit as badly as one posture amiss.
+HEIGHT_AMISS = 0.08
+# Styles of rests at about the take's height among which one is drawn.
+NEAR_STYLES = 10
 GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
@@ -71,10 +75,12 @@ class Rollout:
         style: torch.Tensor,
         actions: torch.Tensor,
         postures: torch.Tensor | None = None,
+        heights: torch.Tensor | None = None,
     ) -> None:
         """centres: (B, 512, 3), world, and occupancy: (B, 512) of the objects. style: (B, 1) deviation of z.
 
         actions: (B,) indices of the takes' actions. postures: (B, 9) of the rests, for networks that know them.
+        heights: (B,) metres of the pelvis at rest over the floor, of any number for takes without a rest.
         """
         self.net, self.style = net, style
         self.postures = (
@@ -82,7 +88,7 @@ class Rollout:
         )
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
-        self.held_z = self._draw_held(actions) * style / FRAME_NOISE
+        self.held_z = self._draw_held(actions, heights) * style / FRAME_NOISE
         rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
         stacked = lambda name: torch.stack([getattr(start, name) for start in starts])
@@ -157,21 +163,30 @@ class Rollout:
         self._advance(y, guide)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
 
-    def _draw_held(self, actions: torch.Tensor) -> torch.Tensor:
+    def _draw_held(self, actions: torch.Tensor, heights: torch.Tensor | None) -> torch.Tensor:
         """Return the held components of z (B, held): codes of real motion of the actions (B,), or N(0, 1) without.
 
-        A code is drawn among those of people who rested in a take's posture, or in the one most like it: the code says
-        how a body rests as well, and against it a posture is hardly seen.
+        A code is drawn among those of people who rested in a take's posture and at its height, heights (B,), or most
+        nearly so: the code says how and how high a body rests as well. Against it a posture is hardly seen, and a
+        pelvis ends up to 4 cm from its goal, towards the height of the code.
         """
         held, codes = int(self.net.held), self.net.style_codes
         if not bool(codes.any()):
             return self._noise(held)
         drawn = []
-        for action, posture, generator in zip(actions, self.postures, self.generators, strict=True):
-            apart = torch.zeros(codes.shape[1])
+        for k, (action, generator) in enumerate(zip(actions, self.generators, strict=True)):
+            apart, posture, known = (
+                torch.zeros(codes.shape[1]),
+                self.postures[k],
+                self.net.style_heights[action],
+            )
             if bool(posture.any()):
                 apart = (self.net.style_postures[action].float() - posture).abs().sum(-1)
-            fitting = torch.nonzero(apart <= apart.min() + POSTURE_TOLERANCE)[:, 0]
+            if heights is not None and bool(known.any()):
+                apart = apart + (known.float() - heights[k]).abs() / HEIGHT_AMISS
+                fitting = torch.argsort(apart, stable=True)[:NEAR_STYLES]
+            else:
+                fitting = torch.nonzero(apart <= apart.min() + POSTURE_TOLERANCE)[:, 0]
             drawn.append(codes[action, fitting[torch.randint(len(fitting), (), generator=generator)], :held])
         return torch.stack(drawn)
 
