@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from ..samp_addon.methods.samp import goals
-from ..samp_addon.methods.samp.load_networks import load_motion_net
+from ..samp_addon.methods.samp.load_networks import MotionNetwork, load_motion_net
 from ..samp_addon.methods.samp.networks import Networks
 from ..samp_addon.methods.samp.rollout import generator
 from ..samp_addon.motion import Motion
 from . import furniture
-from .evaluation import corrections, reference, refined, report, sheets, stages
+from .evaluation import corrections, reference, refined, report, rows, sheets, stages
 from .evaluation.takes import SEATS, evaluate, held_out_seats, jobs_of, straight_on
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
@@ -26,12 +26,16 @@ SHEETS = 20
 TABLES = ("takes", "stages", "corrections")
 
 
-def networks_of(version: str) -> tuple[str, Networks]:
-    """Parse NAME=FOLDER or NAME=FOLDER:NETWORK, a folder with motion_net.safetensors; return name and networks."""
+def network_of(version: str) -> tuple[str, MotionNetwork]:
+    """Parse NAME=FOLDER or NAME=FOLDER:NETWORK, a folder with motion_net.safetensors; return name and network."""
     name, _, place = version.partition("=")
     folder, _, kind = place.partition(":")
-    network = load_motion_net(Path(folder), kind or "motion_net")
-    return name, Networks(goals.sample_goals, partial(generator.generate, network=network))
+    return name, load_motion_net(Path(folder), kind or "motion_net")
+
+
+def with_goals(network: MotionNetwork) -> Networks:
+    """Return the networks of SAMP with the shipped GoalNet and this MotionNet."""
+    return Networks(goals.sample_goals, partial(generator.generate, network=network))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -71,16 +75,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         choices=TABLES,
         default=TABLES[:2],
         help="takes: as in the extension; stages: network alone, guided, finished; corrections: finishing without each "
-        "correction in turn",
+        "correction in turn. With --versions: takes and stages",
     )
     parser.add_argument(
         "--network", type=Path, help="folder of MotionNet weights, instead of the shipped ones"
     )
     options = parser.parse_args(arguments)
-    versions = dict(networks_of(version) for version in options.versions or [])
+    versions = {name: rows.Version(network) for name, network in map(network_of, options.versions or [])}
     if options.no_planner and versions:
-        name, networks = next(iter(versions.items()))
-        versions[f"{name}, no planner"] = straight_on(networks)
+        name, version = next(iter(versions.items()))
+        versions[f"{name}, no planner"] = version._replace(planner=False)
     if options.furniture == furniture.library.SHIPPED_FOLDER:
         print(furniture.missing(SHARED / "furniture"))
     if not options.mocap.is_dir():
@@ -96,15 +100,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 else f"{action}: boxes"
             )
         real = reference.real_motion(options.mocap, action)
-        made = partial(evaluate, action, options.rooms, options.takes, pieces)
-        if versions:
-            text = report.comparison(
-                action, {name: made(networks) for name, networks in versions.items()}, real
-            )
-        else:
-            text = "\n\n".join(_tables(action, pieces, real, pace, options))
-        print(text, flush=True)
+        tables = (
+            _compared(action, pieces, real, options, versions)
+            if versions
+            else _tables(action, pieces, real, pace, options)
+        )
+        print("\n\n".join(tables), flush=True)
     return 0
+
+
+def _compared(
+    action: str,
+    pieces: Sequence[furniture.piece.Piece],
+    real: Sequence[Motion],
+    options: argparse.Namespace,
+    versions: Mapping[str, rows.Version],
+) -> Iterator[str]:
+    """Yield the requested tables of an action, for several networks."""
+    if "takes" in options.tables:
+        networks = {
+            name: with_goals(network) if planner else straight_on(with_goals(network))
+            for name, (network, planner) in versions.items()
+        }
+        made = partial(evaluate, action, options.rooms, options.takes, pieces)
+        yield report.comparison(action, {name: made(of) for name, of in networks.items()}, real)
+    if "stages" in options.tables:
+        yield rows.table(
+            action, rows.measure(jobs_of(action, options.rooms, options.takes, pieces), versions)
+        )
 
 
 def _tables(
@@ -115,8 +138,8 @@ def _tables(
     options: argparse.Namespace,
 ) -> Iterator[str]:
     """Yield the requested tables of an action, for one network."""
-    networks = networks_of(f"={options.network}")[1] if options.network else None
     network = load_motion_net(options.network) if options.network else None
+    networks = with_goals(network) if network else None
     if "takes" in options.tables or options.refine or options.sheets:
         results = evaluate(action, options.rooms, options.takes, pieces, networks)
         yield report.table(action, results, real, pace if action == "sit" else None)

@@ -13,7 +13,7 @@ from samp_blender.samp_addon.methods.take import Take
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.pipeline.job import Job
 from samp_blender.tests.support import rooms
-from samp_blender.training.evaluation import corrections, stages
+from samp_blender.training.evaluation import corrections, rows, stages
 from samp_blender.training.evaluation.takes import view_of
 
 
@@ -121,3 +121,26 @@ def test_a_place_that_cannot_be_found_counts_as_failed(sit, monkeypatch):
     assert [stage.failed for stage in found.values()] == [2] * 5
     assert found["network"].estimate("success").mean == 0
     assert "| takes that got stuck | 2 | 2 | 2 |" in stages.table("sit", found)
+
+
+def test_networks_are_compared_in_three_stages_with_and_without_the_planner(sit, monkeypatch):
+    """Requests of a network without the planner have two way-points; the finished stage has the fewest errors."""
+    asked = []
+    rotations = np.zeros((60, 22, 4))
+    rotations[..., 0] = 1
+    error = {"network": 0.2, "guided": 0.1, "finished": 0.01}
+
+    def generate(requests, progress=None, network=None, stage=None, without=()):
+        asked.append((network, [len(request.waypoints) for request in requests]))
+        return [Motion(np.tile(r.goal.position + [error[stage], 0, 0], (60, 1)), rotations) for r in requests]
+
+    monkeypatch.setattr(stages.generator, "generate", generate)
+    versions = {"a": rows.Version("a"), "a, no planner": rows.Version("a", planner=False)}
+    found = rows.measure([sit], versions)
+    assert [name for name, _ in asked] == ["a"] * 6
+    assert min(n for _, counts in asked[:3] for n in counts) > 2
+    assert all(counts == [2, 2] for _, counts in asked[3:])
+    lines = rows.table("sit", found).splitlines()[4:]
+    cells = [[cell.strip() for cell in line.split("|")[1:5]] for line in lines]
+    assert [(row[0], row[1]) for row in cells] == [(name, stage) for name in versions for stage in error]
+    assert [float(row[3].split()[0]) for row in cells] == [20.0, 10.0, 1.0] * 2

@@ -129,13 +129,14 @@ def run(
     measures: Callable[[Take, SceneView], dict] | None = None,
     change: Change | None = None,
     without: Collection[str] = (),
+    adapt: Callable[[Networks], Networks] = lambda networks: networks,
 ) -> Stage:
     """Generate and measure the first attempt of each take at a stage; see networks_of_stage.
 
-    measures: function of a take, by default all_measures.
+    measures: function of a take, by default all_measures. adapt: function of the networks, as straight_on.
     """
     measures = measures or all_measures
-    method = Samp(networks_of_stage(stage, network, change, without))
+    method = Samp(adapt(networks_of_stage(stage, network, change, without)))
     out = Stage()
     for number, (job, view, cluster) in enumerate(jobs):
         draws = [Draw(seed, seed) for seed in job.seeds]
