@@ -213,16 +213,20 @@ def test_a_style_is_drawn_among_those_of_the_posture(data):
     assert set(run.held_z[:, 0].round().tolist()) == {0.0, 1.0, 2.0, 3.0, 4.0}
 
 
-def test_a_style_is_drawn_among_those_that_rest_at_the_height_of_the_take(data):
+def test_a_style_is_moved_to_the_height_of_the_take(data):
+    """Codes whose fifth component says the height; the others stay as they were drawn."""
     net = trainer(data, held=8).net.eval()
-    net.style_codes[3] = torch.arange(128.0)[:, None]
-    net.style_heights[3] = torch.linspace(0.4, 0.8, 128)
+    net.style_codes[3, :, :8] = torch.randn(128, 8).clamp(-2.5, 2.5)
+    net.style_heights[3] = 0.6 + 0.1 * net.style_codes[3, :, 5]
     starts = [Start.standing(0.93, np.zeros((22, 4)) + [1.0, 0, 0, 0], np.zeros(3))] * 40
     shown = (torch.zeros(40, 512, 3), torch.zeros(40, 512), list(range(40)))
-    actions, heights = torch.full((40,), 3), torch.full((40,), 0.5)
+    actions, heights = torch.full((40,), 3), torch.linspace(0.5, 0.7, 40)
     run = Rollout(net, starts, *shown, torch.full((40, 1), 0.1), actions, heights=heights)
-    drawn = net.style_heights[3][run.held_z[:, 0].round().long()]
-    assert len(set(drawn.tolist())) > 5 and (drawn - 0.5).abs().max() < 0.03
+    assert torch.allclose(run.held_z[:, 5], (heights - 0.6) / 0.1, atol=1e-3)
+    stayed = [0, 1, 2, 3, 4, 6, 7]
+    of_codes = torch.cdist(run.held_z[:, stayed], net.style_codes[3][:, stayed])
+    nearest = of_codes.min(1)
+    assert nearest.values.max() < 0.01 and len(set(nearest.indices.tolist())) > 20
 
 
 def test_heights_of_styles_are_those_of_the_sequences_with_their_codes():

@@ -23,10 +23,7 @@ FUTURE = state.SAMPLES - state.NOW - 1
 FRAME_NOISE = 0.1
 # Sum of the differences between shares of postures up to which a style fits a take as well as the best one.
 POSTURE_TOLERANCE = 0.5
-# Metres between the heights of two rests that make a style fit as badly as one posture amiss.
-HEIGHT_AMISS = 0.08
-# Styles of rests at about the take's height among which one is drawn.
-NEAR_STYLES = 10
+LARGEST_STYLE = 3.0  # standard deviations to which a style is clipped, as in training
 GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
@@ -166,29 +163,39 @@ class Rollout:
     def _draw_held(self, actions: torch.Tensor, heights: torch.Tensor | None) -> torch.Tensor:
         """Return the held components of z (B, held): codes of real motion of the actions (B,), or N(0, 1) without.
 
-        A code is drawn among those of people who rested in a take's posture and at its height, heights (B,), or most
-        nearly so: the code says how and how high a body rests as well. Against it a posture is hardly seen, and a
-        pelvis ends up to 4 cm from its goal, towards the height of the code.
+        A code is drawn among those of people who rested in a take's posture, or in the one most like it, and moved to
+        the take's height, heights (B,): it says how and how high a body rests as well. Against it a posture is hardly
+        seen, and a pelvis ends up to 4 cm from its goal, towards the height of the code.
         """
         held, codes = int(self.net.held), self.net.style_codes
         if not bool(codes.any()):
             return self._noise(held)
         drawn = []
         for k, (action, generator) in enumerate(zip(actions, self.generators, strict=True)):
-            apart, posture, known = (
-                torch.zeros(codes.shape[1]),
-                self.postures[k],
-                self.net.style_heights[action],
-            )
+            apart, posture = torch.zeros(codes.shape[1]), self.postures[k]
             if bool(posture.any()):
                 apart = (self.net.style_postures[action].float() - posture).abs().sum(-1)
-            if heights is not None and bool(known.any()):
-                apart = apart + (known.float() - heights[k]).abs() / HEIGHT_AMISS
-                fitting = torch.argsort(apart, stable=True)[:NEAR_STYLES]
-            else:
-                fitting = torch.nonzero(apart <= apart.min() + POSTURE_TOLERANCE)[:, 0]
-            drawn.append(codes[action, fitting[torch.randint(len(fitting), (), generator=generator)], :held])
+            fitting = torch.nonzero(apart <= apart.min() + POSTURE_TOLERANCE)[:, 0]
+            code = codes[action, fitting[torch.randint(len(fitting), (), generator=generator)], :held]
+            drawn.append(code if heights is None else self._moved_to(heights[k], code, int(action)))
         return torch.stack(drawn)
+
+    def _moved_to(self, height: torch.Tensor, code: torch.Tensor, action: int) -> torch.Tensor:
+        """Return the code (held,) changed as little as possible so that it says this height, metres.
+
+        What a code says of the height is a linear fit over all codes of the action, to the half that describes rests.
+        """
+        known, half = self.net.style_heights[action].float(), len(code) // 2
+        if not bool(known.any()):
+            return code
+        rests = self.net.style_codes[action, :, half : 2 * half].float()
+        fit = torch.linalg.lstsq(torch.cat([rests, torch.ones(len(rests), 1)], 1), known[:, None]).solution[
+            :, 0
+        ]
+        slope, own = fit[:-1], code.float().clone()
+        missing = height - fit[-1] - own[half : 2 * half] @ slope
+        own[half : 2 * half] += missing * slope / slope.square().sum().clamp(min=1e-8)
+        return own.clamp(-LARGEST_STYLE, LARGEST_STYLE)
 
     def _noise(self, count: int) -> torch.Tensor:
         """Return normal random numbers (B, count), drawn from the generator of each take."""
