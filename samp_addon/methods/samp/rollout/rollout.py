@@ -185,17 +185,17 @@ class Rollout:
 
         What a code says of the height is a linear fit over all codes of the action, to the half that describes rests.
         """
-        known, half = self.net.style_heights[action].float(), len(code) // 2
+        known, half = self.net.style_heights[action].double(), len(code) // 2
         if not bool(known.any()):
             return code
-        rests = self.net.style_codes[action, :, half : 2 * half].float()
-        fit = torch.linalg.lstsq(torch.cat([rests, torch.ones(len(rests), 1)], 1), known[:, None]).solution[
-            :, 0
-        ]
-        slope, own = fit[:-1], code.float().clone()
-        missing = height - fit[-1] - own[half : 2 * half] @ slope
+        rests = self.net.style_codes[action, :, half : 2 * half].double()
+        fit = torch.linalg.lstsq(torch.cat([rests, torch.ones_like(known)[:, None]], 1), known[:, None])
+        slope, offset = fit.solution[:-1, 0], fit.solution[-1, 0]
+        own = code.double().clone()
+        missing = height - offset - own[half : 2 * half] @ slope
         own[half : 2 * half] += missing * slope / slope.square().sum().clamp(min=1e-8)
-        return own.clamp(-LARGEST_STYLE, LARGEST_STYLE)
+        # Rounded: the last bits of the fit depend on the number of threads, and takes must not.
+        return own.clamp(-LARGEST_STYLE, LARGEST_STYLE).round(decimals=4).float()
 
     def _noise(self, count: int) -> torch.Tensor:
         """Return normal random numbers (B, count), drawn from the generator of each take."""
