@@ -133,8 +133,6 @@ class MotionNet(nn.Module):
         # Held components of z of captured motion, first in each row, for each action; zero if they are drawn from
         # N(0, 1).
         self.register_buffer("style_codes", torch.zeros(state.ACTIONS, STYLES, LATENT))
-        # Metres over the floor at which the pelvis of each captured style rests; 0 where it does not, or is not known.
-        self.register_buffer("style_heights", torch.zeros(state.ACTIONS, STYLES))
         # Whether goals are at the resting pelvis, with the object's grid centred on them. Otherwise, goals on deep
         # seats are in front of the body, and the grid covers the whole object.
         self.register_buffer("goal_grid", torch.zeros((), dtype=torch.int64))

@@ -1,7 +1,6 @@
 """Training of MotionNet: observations of rollouts, drift, the step without host access, checkpoints and files."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from samp_blender.samp_addon import skeleton
 from samp_blender.samp_addon.methods.samp.rollout.rollout import Rollout
 from samp_blender.samp_addon.methods.samp.rollout.start import Start
 from samp_blender.training.composition.sequence import Sequence, save
-from samp_blender.training.samp.motion_net import merge, rests
+from samp_blender.training.samp.motion_net import merge
 from samp_blender.training.samp.motion_net.learning import (
     compact,
     drift,
@@ -211,42 +210,6 @@ def test_a_style_is_drawn_among_those_of_the_posture(data):
     shown = (torch.zeros(40, 512, 3), torch.zeros(40, 512), list(range(40)))
     run = Rollout(net, starts, *shown, torch.full((40, 1), 0.1), torch.full((40,), 3), wanted)
     assert set(run.held_z[:, 0].round().tolist()) == {0.0, 1.0, 2.0, 3.0, 4.0}
-
-
-def test_a_style_is_moved_to_the_height_of_the_take(data):
-    """Codes whose fifth component says the height; the others stay as they were drawn."""
-    net = trainer(data, held=8).net.eval()
-    net.style_codes[3, :, :8] = torch.randn(128, 8).clamp(-2.5, 2.5)
-    net.style_heights[3] = 0.6 + 0.1 * net.style_codes[3, :, 5]
-    starts = [Start.standing(0.93, np.zeros((22, 4)) + [1.0, 0, 0, 0], np.zeros(3))] * 40
-    shown = (torch.zeros(40, 512, 3), torch.zeros(40, 512), list(range(40)))
-    actions, heights = torch.full((40,), 3), torch.linspace(0.5, 0.7, 40)
-    run = Rollout(net, starts, *shown, torch.full((40, 1), 0.1), actions, heights=heights)
-    assert torch.allclose(run.held_z[:, 5], (heights - 0.6) / 0.1, atol=1e-3)
-    stayed = [0, 1, 2, 3, 4, 6, 7]
-    of_codes = torch.cdist(run.held_z[:, stayed], net.style_codes[3][:, stayed])
-    nearest = of_codes.min(1)
-    assert nearest.values.max() < 0.01 and len(set(nearest.indices.tolist())) > 20
-
-
-def test_heights_of_styles_are_those_of_the_sequences_with_their_codes():
-    styles, heights = torch.randn(6, 16), torch.linspace(0.4, 0.9, 6)
-    codes = torch.cat([styles[[4, 1]].half(), torch.full((1, 16), 9.0).half()])
-    assert rests.of_codes(codes, styles, heights).tolist() == pytest.approx([0.8, 0.5, 0.0])
-
-
-def test_the_height_of_a_rest_is_that_after_sinking():
-    """A walk, a sit at 0.5 m after sinking from 0.9 m, and a rest of ten frames, too short to be one."""
-    lengths, heights = [40, 60, 10], [torch.full((40,), 0.9), torch.full((60,), 0.5), torch.full((10,), 0.5)]
-    heights[1][:15] = torch.linspace(0.9, 0.5, 15)
-    states = torch.zeros(sum(lengths), state.SIZE)
-    states[:, state.POSE][:, 1] = torch.cat(heights)
-    weights = states[:, state.TRAJECTORY].reshape(-1, state.SAMPLES, 9)
-    weights[40:, state.NOW, 4 + 3] = 1.0
-    states[:, state.TRAJECTORY] = weights.flatten(1)
-    sequence = torch.repeat_interleave(torch.arange(3), torch.tensor(lengths))
-    data = SimpleNamespace(states=states, sequence=sequence, styles=torch.zeros(3, 16))
-    assert rests.rest_heights(data).tolist() == pytest.approx([0.0, 0.5, 0.0])
 
 
 def test_styles_tell_people_apart_and_not_actions():

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from ....models.goal_net import GoalNet
     from ....models.motion_net import MotionNet
 
-RESTS = "motion_net_rests"
-"""File with the heights of MotionNet's styles; see training/samp/motion_net/rests.py."""
-
 CACHED = 4
 """Versions of each network that stay in memory, so that several can be compared."""
 
@@ -79,9 +76,7 @@ def _motion_net(folder: Path | None, kind: str, version: tuple[str, int, str]) -
         net.drop_encoder()
         # Weights of earlier trainings may lack these.
         own = net.state_dict()
-        if weights.weights_path(RESTS, folder).exists():
-            tensors |= weights.load_weights(RESTS, folder)
-        for name in ("held", "goal_grid", "style_codes", "style_heights", "style_postures"):
+        for name in ("held", "goal_grid", "style_codes", "style_postures"):
             if name in own:
                 tensors.setdefault(name, torch.zeros_like(own[name]))
         weights.fill(net, tensors, path)

@@ -91,7 +91,6 @@ def start_rollout(takes: Sequence[PlannedTake], network: MotionNetwork) -> Rollo
         [_latent_seed(take.request) for take in takes], tensor([[take.request.style] for take in takes]),
         torch.as_tensor([ACTIONS.index(take.request.action) for take in takes]),
         tensor([postures.numbers(take.posture) for take in takes]),
-        tensor([take.route.goals[-1][1] for take in takes]),
     )  # fmt: skip
 
 

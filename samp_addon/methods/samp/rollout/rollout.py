@@ -23,7 +23,6 @@ FUTURE = state.SAMPLES - state.NOW - 1
 FRAME_NOISE = 0.1
 # Sum of the differences between shares of postures up to which a style fits a take as well as the best one.
 POSTURE_TOLERANCE = 0.5
-LARGEST_STYLE = 3.0  # standard deviations to which a style is clipped, as in training
 GOAL_PULL = (
     100.0  # how fast the prediction in the goal's frame outweighs the one in the root's frame near the goal
 )
@@ -72,12 +71,10 @@ class Rollout:
         style: torch.Tensor,
         actions: torch.Tensor,
         postures: torch.Tensor | None = None,
-        heights: torch.Tensor | None = None,
     ) -> None:
         """centres: (B, 512, 3), world, and occupancy: (B, 512) of the objects. style: (B, 1) deviation of z.
 
         actions: (B,) indices of the takes' actions. postures: (B, 9) of the rests, for networks that know them.
-        heights: (B,) metres of the pelvis at rest over the floor, of any number for takes without a rest.
         """
         self.net, self.style = net, style
         self.postures = (
@@ -85,7 +82,7 @@ class Rollout:
         )
         self.centres, self.occupancy = centres, occupancy
         self.generators = [torch.Generator().manual_seed(int(seed)) for seed in seeds]
-        self.held_z = self._draw_held(actions, heights) * style / FRAME_NOISE
+        self.held_z = self._draw_held(actions) * style / FRAME_NOISE
         rest = torch.tensor(skeleton.default_rest_joints()[: state.JOINTS], dtype=torch.float32)
         self.bones = torch.stack([rest[j] - rest[max(skeleton.PARENTS[j], 0)] for j in range(state.JOINTS)])
         stacked = lambda name: torch.stack([getattr(start, name) for start in starts])
@@ -160,42 +157,23 @@ class Rollout:
         self._advance(y, guide)
         return Frame(self.joints[:, 0], self.matrices, self.contacts, self.actions, self.roots)
 
-    def _draw_held(self, actions: torch.Tensor, heights: torch.Tensor | None) -> torch.Tensor:
+    def _draw_held(self, actions: torch.Tensor) -> torch.Tensor:
         """Return the held components of z (B, held): codes of real motion of the actions (B,), or N(0, 1) without.
 
-        A code is drawn among those of people who rested in a take's posture, or in the one most like it, and moved to
-        the take's height, heights (B,): it says how and how high a body rests as well. Against it a posture is hardly
-        seen, and a pelvis ends up to 4 cm from its goal, towards the height of the code.
+        A code is drawn among those of people who rested in a take's posture, or in the one most like it: the code says
+        how a body rests as well, and against it a posture is hardly seen.
         """
         held, codes = int(self.net.held), self.net.style_codes
         if not bool(codes.any()):
             return self._noise(held)
         drawn = []
-        for k, (action, generator) in enumerate(zip(actions, self.generators, strict=True)):
-            apart, posture = torch.zeros(codes.shape[1]), self.postures[k]
+        for action, posture, generator in zip(actions, self.postures, self.generators, strict=True):
+            apart = torch.zeros(codes.shape[1])
             if bool(posture.any()):
                 apart = (self.net.style_postures[action].float() - posture).abs().sum(-1)
             fitting = torch.nonzero(apart <= apart.min() + POSTURE_TOLERANCE)[:, 0]
-            code = codes[action, fitting[torch.randint(len(fitting), (), generator=generator)], :held]
-            drawn.append(code if heights is None else self._moved_to(heights[k], code, int(action)))
+            drawn.append(codes[action, fitting[torch.randint(len(fitting), (), generator=generator)], :held])
         return torch.stack(drawn)
-
-    def _moved_to(self, height: torch.Tensor, code: torch.Tensor, action: int) -> torch.Tensor:
-        """Return the code (held,) changed as little as possible so that it says this height, metres.
-
-        What a code says of the height is a linear fit over all codes of the action, to the half that describes rests.
-        """
-        known, half = self.net.style_heights[action].double(), len(code) // 2
-        if not bool(known.any()):
-            return code
-        rests = self.net.style_codes[action, :, half : 2 * half].double()
-        fit = torch.linalg.lstsq(torch.cat([rests, torch.ones_like(known)[:, None]], 1), known[:, None])
-        slope, offset = fit.solution[:-1, 0], fit.solution[-1, 0]
-        own = code.double().clone()
-        missing = height - offset - own[half : 2 * half] @ slope
-        own[half : 2 * half] += missing * slope / slope.square().sum().clamp(min=1e-8)
-        # Rounded: the last bits of the fit depend on the number of threads, and takes must not.
-        return own.clamp(-LARGEST_STYLE, LARGEST_STYLE).round(decimals=4).float()
 
     def _noise(self, count: int) -> torch.Tensor:
         """Return normal random numbers (B, count), drawn from the generator of each take."""
