@@ -19,7 +19,7 @@ from ..samp_addon.methods.samp.rollout import generator
 from ..samp_addon.motion import Motion
 from . import furniture
 from .evaluation import corrections, reference, refined, report, rows, sheets, stages
-from .evaluation.takes import SEATS, evaluate, held_out_seats, jobs_of, straight_on
+from .evaluation.takes import SEATS, evaluate, held_out_seats, jobs_of
 
 SHARED = Path(__file__).resolve().parent.parent.parent / "shared" / "data"
 SHEETS = 20
@@ -118,10 +118,7 @@ def _compared(
 ) -> Iterator[str]:
     """Yield the requested tables of an action, for several networks."""
     if "takes" in options.tables:
-        networks = {
-            name: with_goals(network) if planner else straight_on(with_goals(network))
-            for name, (network, planner) in versions.items()
-        }
+        networks = {name: version.adapted(with_goals(version.network)) for name, version in versions.items()}
         made = partial(evaluate, action, options.rooms, options.takes, pieces)
         yield report.comparison(action, {name: made(of) for name, of in networks.items()}, real)
     if "stages" in options.tables:

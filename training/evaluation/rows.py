@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from functools import partial
 from typing import NamedTuple
 
-from ...samp_addon.body import human
 from ...samp_addon.evaluation import collision
 from ...samp_addon.evaluation.obstacles import shared
 from ...samp_addon.methods.samp.load_networks import MotionNetwork
+from ...samp_addon.methods.samp.networks import Networks
 from ...samp_addon.methods.samp.rollout import generator
 from ...samp_addon.methods.scene_view import SceneView
 from ...samp_addon.methods.take import Take
@@ -31,23 +31,24 @@ class Version(NamedTuple):
     network: MotionNetwork
     planner: bool = True
 
+    def adapted(self, networks: Networks) -> Networks:
+        """Return the networks, without the planner where this version has none."""
+        return networks if self.planner else straight_on(networks)
+
 
 def measure(jobs: stages.Jobs, versions: Mapping[str, Version]) -> dict[str, dict[str, stages.Stage]]:
     """Generate and measure the first attempt of each take with each network, at each stage."""
     found: dict[str, dict[str, stages.Stage]] = {}
-    for name, (network, planner) in versions.items():
-        adapt = (lambda networks: networks) if planner else straight_on
-        run = partial(stages.run, jobs, network=network, measures=measures_of, adapt=adapt)
+    for name, version in versions.items():
+        run = partial(stages.run, jobs, network=version.network, measures=measures_of, adapt=version.adapted)
         found[name] = {stage: run(stage) for stage in generator.STAGES}
     return found
 
 
 def measures_of(take: Take, view: SceneView) -> dict:
     """Return the measures of COLUMNS."""
-    body, obstacles = human.load(), shared(view.geometry.triangles)
-    depth = obstacles.depth(human.skin(body, take.motion, body.collision), take.floor)
-    found = collision.measures(take.motion, obstacles, take.floor, body, depth)
-    return stages.goal_measures(take, view) | found
+    depth = collision.measures(take.motion, shared(view.geometry.triangles), take.floor)
+    return stages.goal_measures(take, view) | depth
 
 
 def table(action: str, found: Mapping[str, Mapping[str, stages.Stage]]) -> str:

@@ -22,7 +22,7 @@ JOB = Job(action="", method="scene_gan")
 
 
 class Standing:
-    """A method that generates takes of one second, standing still. told: the other characters, for each call."""
+    """A method whose takes stand still for one second. told: the other characters of each call."""
 
     name, label, description, actions, options, batch_size = "scene_gan", "", "", (), (), 4
     needs = frozenset({"start", "others"})

@@ -35,7 +35,7 @@ class Run:
 
     def __init__(self, name: str, options: dict, data: frames.Frames, graph: bool, fuse: bool) -> None:
         self.name, self.options = name, options
-        # Texts, since annotations of the schedule's module are not evaluated. Yes and no are written as 1 and 0.
+        # The types are texts, since the schedule's annotations are not evaluated. Switches are written as 1 and 0.
         kinds = {field.name: field.type for field in dataclasses.fields(Schedule)}
         known = {k: v for k, v in options.items() if k in kinds}
         schedule = Schedule(**{k: bool(v) if kinds[k] == "bool" else v for k, v in known.items()})
