@@ -13,9 +13,8 @@ import numpy as np
 
 from .. import rotation
 from ..body import human
-from ..body.hands import complete
 from ..clock import Clock
-from ..easing import smoothstep
+from ..methods.appending import append, faded
 from ..methods.method import Method
 from ..methods.scene_view import SceneView
 from ..methods.step import Step
@@ -23,9 +22,6 @@ from ..methods.take import Failure, Take
 from ..motion import Motion
 from ..progress import Progress, SubProgress
 from . import attempts, other_body
-
-FADE = 12
-"""Frames in which the offset at a joint between two steps fades out."""
 
 
 def generate(
@@ -83,41 +79,12 @@ def joined(takes: Sequence[Take]) -> Take:
     )
 
 
-def append(first: Motion, second: Motion) -> Motion:
-    """Return both motions in a row; the offset of the second at the join fades out."""
-    if first.rotations.shape[1] != second.rotations.shape[1]:  # a method with hands after one without
-        first, second = (replace(m, rotations=complete(m.rotations)) for m in (first, second))
-    ahead = 2 * first.root[-1] - first.root[-2] if len(first) > 1 else first.root[-1]
-    root, faded = _faded(second, ahead, first.rotations[-1])
-    rotations = np.concatenate([first.rotations, faded])
-    both = lambda a, b: None if a is None or b is None else np.concatenate([a, b])
-    begun = second.interaction_start
-    return replace(
-        first,
-        root=np.concatenate([first.root, root]),
-        rotations=rotation.continuous(rotations),
-        contacts=both(first.contacts, second.contacts),
-        actions=both(first.actions, second.actions),
-        interaction_start=None if begun is None else begun + len(first),
-    )
-
-
 def from_pose(take: Take, pose: Motion) -> Take:
     """Return the take with a pose (one frame, same rest joints) as its beginning, from which it is blended."""
     motion = take.motion
     rotations = motion.rotations.copy()
     count = min(rotations.shape[1], pose.rotations.shape[1])
-    root, rotations[:, :count] = _faded(
+    root, rotations[:, :count] = faded(
         replace(motion, rotations=motion.rotations[:, :count]), pose.root[0], pose.rotations[0, :count]
     )
     return replace(take, motion=replace(motion, root=root, rotations=rotation.continuous(rotations)))
-
-
-def _faded(motion: Motion, root: np.ndarray, rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return root (T, 3) and rotations (T, J, 4) of a motion that begins with this root (3,) and pose (J, 4)."""
-    weight = smoothstep(1 - np.arange(len(motion)) / FADE)
-    moved = motion.root + weight[:, None] * (root - motion.root[0])
-    offset = rotation.multiply(rotations, rotation.conjugate(motion.rotations[0]))
-    still = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), motion.rotations.shape)
-    fading = rotation.slerp(still, np.broadcast_to(offset, motion.rotations.shape), weight[:, None])
-    return moved, rotation.multiply(fading, motion.rotations)

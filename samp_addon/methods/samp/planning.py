@@ -23,11 +23,12 @@ from ...scene.navmesh import path as paths
 from ...scene.navmesh.lattice import clip_to_box
 from ...scene.seats.seats import infer_front_yaw
 from ...vocabulary import SEATED
+from ..appending import append
 from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import Take
-from . import posture_places, postures, refusals
+from . import getting_up, posture_places, postures, refusals
 from .request import Request
 
 START_DISTANCE = (1.5, 3.5)
@@ -67,6 +68,9 @@ class Planner:
     def request(self, draw: Draw, clock: Clock) -> Request:
         """Return a place on the target and a path there. Raise SampError where there is none."""
         before = self.scene.after.get(draw.seed)
+        lead = None if before is None else getting_up.from_bed(before, standing_height())
+        if lead is not None:
+            before = replace(before, motion=append(before.motion, lead), goal=None)
         rng = np.random.default_rng(draw.noise)
         seated = self.step.action in SEATED
         with clock.stage("goal"):
@@ -92,6 +96,7 @@ class Planner:
             hold_seconds=self.step.hold * self.step.speed,
             style=self.step.style,
             after=None if before is None else before.motion,
+            lead=lead,
             remarks=remarks + self._without_place(places),
             ground=self.mesh.heights_at,
             free=self._kept_clear(waypoints, goal) if narrow or self._cramped(goal) else None,
@@ -105,6 +110,8 @@ class Planner:
         goal = request.goal
         if self.step.action not in SEATED:
             goal = replace(goal, position=goal.position + [0.0, standing_height(), 0.0])
+        if request.lead is not None:
+            motion = append(request.lead, motion)
         return Take(
             seed,
             motion,

@@ -21,7 +21,8 @@ class Request:
     front, which takes a while; networks whose grids are drawn around the goal do not call it. seed: of all that is
     drawn; latent_seed: of z alone, if that is to differ. hold_seconds: how long the action is held at the end. style:
     standard deviation of the noise z, 0.1 as in SAMP. after: the motion that the take continues, at 30 fps; without it
-    the character stands at the start. remarks: sentences for the artist about what was asked for and is not done
+    the character stands at the start. lead: the end of ``after`` that is a part of the take: how the body gets up
+    from a bed. remarks: sentences for the artist about what was asked for and is not done
     exactly. ground: returns the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even
     ground. free: where the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which
     a body fits. posture: of the rest, see postures.py; drawn if empty. posture_places: returns the postures for which
@@ -39,6 +40,7 @@ class Request:
     hold_seconds: float = 2.0
     style: float = 0.1
     after: Motion | None = None
+    lead: Motion | None = None
     remarks: tuple[str, ...] = ()
     ground: Callable[[np.ndarray], np.ndarray] | None = None
     free: Callable[[np.ndarray], np.ndarray] | None = None

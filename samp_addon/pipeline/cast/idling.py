@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from ... import skeleton
+from ...methods.appending import append
 from ...methods.method import Method
 from ...methods.scene_view import SceneView
 from ...methods.step import Step
 from ...methods.take import SubGoal, Take
 from ...motion import Motion
 from ...progress import Progress
-from .. import steps
 from . import together
 
 SHORTEST = 0.05
@@ -84,11 +84,11 @@ def after_waiting(take: Take, idle: Motion | None, seconds: float) -> Take:
     later = [replace(goal, frame=goal.frame + count) for goal in take.sub_goals or ()]
     own_steps = take.steps
     if own_steps:
-        first = replace(own_steps[0], motion=steps.append(before, own_steps[0].motion))
+        first = replace(own_steps[0], motion=append(before, own_steps[0].motion))
         own_steps = (first, *own_steps[1:])
     return replace(
         take,
-        motion=steps.append(before, motion),
+        motion=append(before, motion),
         sub_goals=tuple(SubGoal(g.position, g.direction, g.frame) for g in later) or take.sub_goals,
         steps=own_steps,
     )
