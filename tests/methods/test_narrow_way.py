@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from samp_blender.samp_addon.clock import Clock
 from samp_blender.samp_addon.methods.method import Draw
-from samp_blender.samp_addon.methods.samp.finishing.narrow_way import keep_on
+from samp_blender.samp_addon.methods.samp.finishing.ground.narrow_way import keep_on
 from samp_blender.samp_addon.methods.samp.planning import Planner
 from samp_blender.samp_addon.methods.scene_view import SceneView
 from samp_blender.samp_addon.methods.step import Step

@@ -7,7 +7,7 @@ from dataclasses import replace
 import bodies
 import numpy as np
 import pytest
-from samp_blender.samp_addon.methods.samp.finishing import terrain
+from samp_blender.samp_addon.methods.samp.finishing.ground import terrain
 from samp_blender.samp_addon.refine.feet.foot import FEET, sole_points
 from samp_blender.samp_addon.vocabulary import CONTACTS
 

@@ -23,12 +23,13 @@ from ...scene.navmesh import path as paths
 from ...scene.navmesh.lattice import clip_to_box
 from ...scene.seats.seats import infer_front_yaw
 from ...vocabulary import SEATED
+from .. import getting_up
 from ..appending import append
 from ..method import Draw
 from ..scene_view import SceneView
 from ..step import Step
 from ..take import Take
-from . import getting_up, posture_places, postures, refusals
+from . import posture_places, postures, refusals
 from .request import Request
 
 START_DISTANCE = (1.5, 3.5)

@@ -15,13 +15,14 @@ from ....vocabulary import ACTIONS, SEATED
 from ..route import Route
 from ..unfolding import Unfolded
 from . import crossing, hands, high_seat, seated_pelvis
+from .ground.narrow_way import FreeFloor, keep_on
+from .ground.stairs import climb
+from .ground.terrain import Ground, follow
 from .leaning import SeatBack
-from .narrow_way import FreeFloor, keep_on
 from .raised_back import raise_trunk
 from .resting import RestingTop
 from .seat_edge import SeatFront
-from .stairs import climb
-from .terrain import Ground, follow
+from .unhurried import unhurried
 
 LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining error is removed
 SMOOTHING = 1.5  # frames at 30 fps
@@ -42,6 +43,7 @@ CORRECTIONS = (
     "limbs",
     "narrow_way",
     "feet",
+    "pace",
 )
 """Names of the corrections, in their order, so that an evaluation can leave out one at a time."""
 
@@ -93,6 +95,8 @@ def finish(
     if unfolded is not None and ground is not None:
         return climb(motion, travelled, unfolded, ground)
     heights = route.heights(motion.root[:, [0, 2]], travelled)
+    if action == "lie" and "pace" in wanted:
+        motion, heights = unhurried(motion, heights, goal)
     motion = replace(motion, root=motion.root + heights[:, None] * np.array([0.0, 1.0, 0.0]))
     return follow(motion, heights, ground)
 

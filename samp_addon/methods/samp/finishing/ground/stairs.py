@@ -13,13 +13,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 
-from ....easing import anticipate, smoothstep
-from ....motion import Motion
-from ....refine.feet import stances
-from ....refine.feet.corrections import Correction, apply
-from ....refine.feet.foot import FEET, Foot, sole_points, toe_tips
-from ....scene.flights import Flight
-from ..unfolding import Unfolded
+from .....easing import anticipate, smoothstep
+from .....motion import Motion
+from .....refine.feet import stances
+from .....refine.feet.corrections import Correction, apply
+from .....refine.feet.foot import FEET, Foot, sole_points, toe_tips
+from .....scene.flights import Flight
+from ...unfolding import Unfolded
 from .terrain import Ground
 
 CLEAR, BEHIND, HOLD_ON, EDGE = 0.015, 0.01, 0.04, 0.015

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from ....motion import Motion
+from .....motion import Motion
 
 FreeFloor = Callable[[np.ndarray], np.ndarray]
 """Returns the places (N, 3) nearest to floor points (N, 3) at which a body does not stand in other things."""

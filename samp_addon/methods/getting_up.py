@@ -1,8 +1,8 @@
 """Getting up from a bed: lying down, played backwards, up to where the body stood beside the bed.
 
-MotionNet learned to lie down from 294 captured clips and their fitted beds, and to get up from far fewer; asked to go
-from a bed to a seat it glides there through the air. Its own way of lying down is right, and fits the bed that the body
-lies on. Network frame, metres.
+Asked to go from a bed to a seat, MotionNet glides there through the air: it was trained on two captured reclines and
+what was composed of them, where few get up, and none with the next seat as its goal. Its way of lying down is right,
+and fits the bed that the body lies on. Network frame, metres.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ... import skeleton
-from ...motion import Motion
-from ..take import Take
+from .. import skeleton
+from ..motion import Motion
+from .take import Take
 
 STANDS = 0.9
 """Share of the pelvis' height in standing from which a body stands."""

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from .... import rotation
-from ....motion import Motion
-from ....refine.feet.corrections import Correction, apply
-from ....refine.feet.foot import FEET, Foot, sole_points
+from ..... import rotation
+from .....motion import Motion
+from .....refine.feet.corrections import Correction, apply
+from .....refine.feet.foot import FEET, Foot, sole_points
 
 Ground = Callable[[np.ndarray], np.ndarray]
 """Returns the heights (N,) of the ground near points (N, 3), NaN where there is none."""
