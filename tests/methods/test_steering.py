@@ -42,6 +42,31 @@ def test_bodies_that_face_away_turn_before_they_set_off():
     assert (np.diff(turned) > 0).all() and 80 < turned[-1] <= np.degrees(steering.TURNING) + 1e-6
 
 
+def test_a_body_that_hesitates_is_led_on():
+    """The network does not always turn: the longer it takes, the farther the plan leads, and not for ever."""
+    away, reached = np.array([0.0, 0.0, np.radians(170)]), []
+    for seconds in (0.0, steering.PATIENCE, 2.5, 4.0, 9.0):
+        take = taken(speed=1.0)
+        take.hesitated = np.array([seconds])
+        reached.append(plan(take, away)[-1, 1])
+    assert reached[0] == reached[1] < reached[2] < reached[3] == reached[4] < 0.8
+
+
+@pytest.mark.parametrize(
+    ("speed", "height", "travelled", "hesitates"),
+    [(0.1, 0.93, 0.0, True), (0.8, 0.93, 0.0, False), (0.1, 0.6, 0.0, False), (0.1, 0.93, 4.6, False)],
+    ids=["stands", "walks", "sits", "has arrived"],
+)
+def test_who_hesitates(speed, height, travelled, hesitates):
+    take = taken(travelled=travelled)
+    place = np.array([[0.0, height, travelled]])
+    number = lambda value: np.array([value])
+    seen = Observation(place[:, [0, 2]], place, number(speed), number(0.0), np.eye(5)[:1], number(1.0))
+    for frame in range(15):
+        take.update(seen, frame)
+    assert take.hesitated[0] == pytest.approx(0.5 * hesitates)
+
+
 def test_seated_bodies_do_not_set_off():
     take = taken()
     take.rise = np.array([0.15])

@@ -33,9 +33,11 @@ SLOW_DOWN = 1.0  # m/s^2 at the end of the planned path
 SLOW_DOWN_TO_SEAT = 0.7
 # Planned turns are as fast as those of people who turn on the spot: a body that sees faster ones slides on both feet.
 TURNING = np.radians(110.0)  # rad/s of the planned facing
-# Share of the pace that is planned for bodies that face away from their route, which turn before they set off. With half
-# of it they drift backwards for up to 7 s, with twice as much they glide for twice as long.
-WILLING = 0.3
+# Share of the pace that is planned for bodies that face away from their route, which turn before they set off. Now and
+# then the network does not turn and drifts backwards for up to 7 s: so the share grows by IMPATIENCE per second that a
+# body hesitates for longer than PATIENCE. A large share from the beginning makes bodies glide while they turn.
+WILLING, MOST_WILLING = 0.15, 0.6
+PATIENCE, IMPATIENCE = 1.5, 0.3
 RETURN = 0.6  # seconds, time constant with which the planned path returns to the route
 FACE_GOAL = 0.6  # metres before the end of the route over which the planned facing turns to the final one
 CORNER = 0.25  # metres before and after a point of the route, between which its direction is measured
@@ -119,7 +121,8 @@ def plan(tracked: RolloutProgress, roots: np.ndarray) -> np.ndarray:
     """
     routes, travelled = tracked.routes, tracked.travelled[:, None]
     facing = _facing(routes, travelled)[:, 0]
-    willing = np.maximum(WILLING, np.cos(np.clip(wrap_angle(facing - roots[:, 2]), -1.5, 1.5)))
+    least = np.clip(WILLING + IMPATIENCE * (tracked.hesitated - PATIENCE), WILLING, MOST_WILLING)
+    willing = np.maximum(least, np.cos(np.clip(wrap_angle(facing - roots[:, 2]), -1.5, 1.5)))
     left = np.maximum(routes.length - tracked.travelled, 0.0)
     speed, pace = tracked.planned_speed * willing, tracked.pace * tracked.rise * willing
     ahead = travelled + _distances(speed, pace, left, _SLOW_DOWN[tracked.action])

@@ -31,6 +31,8 @@ RECLINED = 0.6  # cosine between chest and vertical below which a body counts as
 HALF_RECLINED = 0.9  # the same of one that rests half sitting, against a headboard or pillows
 OFF_GOAL = 2.0  # seconds of sitting off the goal after which the take is stuck
 PASSED = 0.05  # metres beyond a way-point
+HESITANT, UPRIGHT = 0.4, 0.75  # m/s below which, and `rise` above which, a body on its feet hesitates
+ON_THE_WAY = 0.8  # metres before the end of the route until which it should not
 
 
 @dataclass(frozen=True)
@@ -53,10 +55,10 @@ class RolloutProgress:
     """Progress of B takes along their routes; all arrays (B,).
 
     travelled: metres along the route. pace: speed to be reached, planned_speed: speed that the plan sets out with,
-    m/s. rise: how far the body has stood up, 0 to 1. goal_index: of the goal in force. held: frames in which the
-    action was held at the goal; held_off_goal: frames in which it was held elsewhere. hold: frames after which a held
-    take is done; done_at: the frame in which it was, or -1. limit: frames after which a take is stuck. reclined: cosine
-    between chest and vertical below which its body counts as lying.
+    m/s. rise: how far the body has stood up, 0 to 1. hesitated: seconds for which it has not set off. goal_index: of
+    the goal in force. held: frames in which the action was held at the goal; held_off_goal: frames in which it was held
+    elsewhere. hold: frames after which a held take is done; done_at: the frame in which it was, or -1. limit: frames
+    after which a take is stuck. reclined: cosine between chest and vertical below which its body counts as lying.
     """
 
     def __init__(
@@ -77,7 +79,7 @@ class RolloutProgress:
         seconds = self.routes.length / SLOWEST + GRACE + more + hold
         self.limit = np.round(seconds * FPS).astype(int)
         self.travelled, self.planned_speed = np.zeros(len(routes)), np.zeros(len(routes))
-        self.rise = np.ones(len(routes))
+        self.rise, self.hesitated = np.ones(len(routes)), np.zeros(len(routes))
         self.goal_index, self.held, self.held_off_goal = (np.zeros(len(routes), int) for _ in range(3))
         self.done_at = np.full(len(routes), -1)
         half = ["half_sitting" in names for names in postures] or [False] * len(routes)
@@ -116,6 +118,9 @@ class RolloutProgress:
         )
         height = (seen.pelvis[:, 1] - SEATED_PELVIS) / (STANDING_PELVIS - SEATED_PELVIS)
         self.rise = np.clip(height, RISING, 1.0)
+        waits = (seen.speed < HESITANT) & (self.rise > UPRIGHT)
+        waits &= self.routes.length - self.travelled > ON_THE_WAY
+        self.hesitated = np.where(waits, self.hesitated + 1 / FPS, 0.0)
         self._advance_goals(seen.roots)
         near, resting = self._arrived(seen)
         self.held = self.held + (near & resting)
