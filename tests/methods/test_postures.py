@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 from samp_blender.models import motion_net
+from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.errors import UsageError
 from samp_blender.samp_addon.evaluation import rest_posture
 from samp_blender.samp_addon.methods.method import Option
@@ -75,6 +76,28 @@ def test_places_around_a_goal(boxes, places, yaw):
     found = set(posture_places.around(solid @ turn.T + [1.0, 0.0, 2.0], goal))
     assert found - {"half_sitting"} == places - {"half_sitting"}
     assert ("half_sitting" in found) >= ("half_sitting" in places)
+
+
+BED = ((-0.8, 0.0, -1.0), (0.8, 0.5, 1.0))
+HEADBOARD = ((-0.8, 0.0, -1.06), (0.8, 1.0, -1.0))
+
+
+@pytest.mark.parametrize(
+    ("boxes", "posture", "behind"),
+    [
+        ([BED, HEADBOARD], ("half_sitting",), (0.3, 0.6)),
+        ([BED, HEADBOARD], ("on_back",), (1.0, 1.0)),
+        ([BED], ("half_sitting",), (1.0, 1.0)),  # no headboard: the place stays
+    ],
+)
+@pytest.mark.parametrize("yaw", [0.0, 2.2])
+def test_who_is_to_half_sit_lies_at_the_headboard(boxes, posture, behind, yaw):
+    turn = rotation.quaternion_to_matrix(rotation.about_y(yaw))
+    solid = np.concatenate([box(*corners) for corners in boxes]) @ turn.T
+    goal = Goal(turn @ [0.1, 0.58, 0.0], turn @ [0.0, 0.0, 1.0], "lie")
+    place = turn.T @ posture_places.suited(solid, goal, posture).position
+    assert place[:2] == pytest.approx([0.1, 0.58])
+    assert behind[0] - 1e-9 <= place[2] + 1.0 <= behind[1] + 1e-9
 
 
 SHARES = [(("lean_back",), 0.6), (("upright", "hands_on_lap"), 0.3), (("on_side",), 0.1), ((), 0.0)]

@@ -128,7 +128,7 @@ class Planner:
         return postures.of_action(postures.parse(self.step.settings.get("posture")), self.step.action)
 
     def _posture_places(self, goal: Goal) -> tuple[str, ...]:
-        return posture_places.around(np.concatenate([self.scene.target, self._surroundings]), goal)
+        return posture_places.around(self._around, goal)
 
     def _without_place(self, places: Callable[[], tuple[str, ...]]) -> tuple[str, ...]:
         """Return a sentence for each posture that the artist asks for and for which there is no place."""
@@ -202,11 +202,8 @@ class Planner:
 
     @property
     def _narrow(self) -> str:
-        width = 200 * self.mesh.agent.radius
-        target = self.step.target
-        return (
-            f"The way to '{target}' is narrower than {width:.0f} cm: the body brushes what stands beside it."
-        )
+        way = f"The way to '{self.step.target}' is narrower than {200 * self.mesh.agent.radius:.0f} cm"
+        return f"{way}: the body brushes what stands beside it."
 
     @cached_property
     def _front(self) -> float:
@@ -223,7 +220,8 @@ class Planner:
         """Return where on the target the pelvis ends: the artist's goals by turns, else GoalNet's."""
         chosen = [goal for goal in self.scene.goals if goal.action == self.step.action]
         found = chosen[noise % len(chosen) :] if chosen else []
-        found = found or self._sampled(noise)
+        suited = partial(posture_places.suited, self._around, posture=self._posture)
+        found = found or [suited(goal) for goal in self._sampled(noise)]
         if not found:
             raise self._no_place
         return found[0]
@@ -249,6 +247,10 @@ class Planner:
     def _floor(self) -> float | None:
         """Height of the floor beside the target, metres; None where the target stands on it."""
         return floor_beside(self.mesh, self.scene.target)
+
+    @cached_property
+    def _around(self) -> np.ndarray:
+        return np.concatenate([self.scene.target, self._surroundings])
 
     @cached_property
     def _surroundings(self) -> np.ndarray:

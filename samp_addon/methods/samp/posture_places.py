@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import replace
+
 import numpy as np
 
 from ...motion import Goal
@@ -18,6 +21,12 @@ DENSITY = 2500
 LEAST_AREA = {"lean_back": 0.02, "hands_on_armrests": 0.008, "hands_on_table": 0.02, "half_sitting": 0.02}
 """Square metres of surface within a region that are enough to lean or lie on."""
 
+HEADBOARD = ((-0.25, 0.2, -0.5), (0.25, 0.6, -0.35))
+"""Where a headboard is that carries a half sitting back, as in REGIONS."""
+
+STEP, FARTHEST = 0.05, 0.9
+"""Metres in which, and up to which, a place on a bed is moved towards its headboard."""
+
 REGIONS = {
     "lean_back": (((-0.2, 0.12, -0.34), (0.2, 0.55, -0.06)),),
     "hands_on_armrests": (((0.2, -0.08, -0.1), (0.46, 0.2, 0.26)), ((-0.46, -0.08, -0.1), (-0.2, 0.2, 0.26))),
@@ -31,32 +40,55 @@ UPWARD = 0.7
 """Vertical part of the unit normal of a surface on which a hand lies."""
 
 
+def suited(triangles: np.ndarray, goal: Goal, posture: Collection[str]) -> Goal:
+    """Return the place for a posture that the artist asks for: to half sit, one at the headboard of a bed.
+
+    A goal stays where it is if there is none. triangles: (F, 3, 3) of everything near it.
+    """
+    if "half_sitting" not in posture:
+        return goal
+    low, high = map(np.array, HEADBOARD)
+    for metres in np.arange(0.0, FARTHEST + STEP / 2, STEP):
+        moved = replace(goal, position=goal.position - metres * np.asarray(goal.direction, float))
+        points, _, each = _surface(triangles, moved)
+        if in_box(points, low, high).sum() * each >= LEAST_AREA["half_sitting"]:
+            return moved
+    return goal
+
+
 def around(triangles: np.ndarray, goal: Goal) -> tuple[str, ...]:
     """Return the postures for which there is a place at a goal; the names are the keys of REGIONS.
 
     triangles: (F, 3, 3) of everything near it. The goal's direction is horizontal.
     """
-    centre = np.asarray(goal.position, float)
-    low, high = centre - REACH, centre + REACH
-    near = clip_to_box(solids.overlapping_box(triangles, low, high), low, high)
-    if not len(near):
-        return ()
-    normals = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
-    area = np.linalg.norm(normals, axis=-1) / 2
-    near, normals, area = near[area > 0], normals[area > 0], area[area > 0]
-    if not len(near):
-        return ()
-    count = int(np.clip(area.sum() * DENSITY, 200, 60_000))
-    points, index = spread_over_surface(near, count, area)
-    each = float(area.sum()) / count
-    own = _in_body_frame(points - centre, np.asarray(goal.direction, float))
-    flat = np.abs(normals[index, 1]) / (2 * area[index]) > UPWARD
+    own, flat, each = _surface(triangles, goal)
     found = []
     for name, boxes in REGIONS.items():
         on = [in_box(own, np.array(a), np.array(b)) & (flat | (name not in _FLAT)) for a, b in boxes]
         if max(flags.sum() * each for flags in on) >= LEAST_AREA[name]:
             found.append(name)
     return tuple(found)
+
+
+def _surface(triangles: np.ndarray, goal: Goal) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return points (N, 3) on what is near a goal, left, up and forward of it, their flags (N,) of facing up, and the
+    square metres of each."""
+    centre = np.asarray(goal.position, float)
+    low, high = centre - REACH, centre + REACH
+    near = clip_to_box(solids.overlapping_box(triangles, low, high), low, high)
+    if not len(near):
+        return np.zeros((0, 3)), np.zeros(0, bool), 0.0
+    normals = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
+    area = np.linalg.norm(normals, axis=-1) / 2
+    near, normals, area = near[area > 0], normals[area > 0], area[area > 0]
+    if not len(near):
+        return np.zeros((0, 3)), np.zeros(0, bool), 0.0
+    count = int(np.clip(area.sum() * DENSITY, 200, 60_000))
+    points, index = spread_over_surface(near, count, area)
+    each = float(area.sum()) / count
+    own = _in_body_frame(points - centre, np.asarray(goal.direction, float))
+    flat = np.abs(normals[index, 1]) / (2 * area[index]) > UPWARD
+    return own, flat, each
 
 
 def _in_body_frame(away: np.ndarray, ahead: np.ndarray) -> np.ndarray:

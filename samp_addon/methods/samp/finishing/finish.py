@@ -29,6 +29,9 @@ SMOOTHING = 1.5  # frames at 30 fps
 MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; less is a high stool
 PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
 SEATED_WEIGHT = 0.9  # share of the way down from which a body counts as seated
+HALF_SITTING = np.radians(
+    40.0
+)  # of the trunk over the mattress, against a headboard; the network may lie flat there
 BUSY = 0.5  # weight of the action above which the character is sitting or lying
 
 CORRECTIONS = (
@@ -120,8 +123,9 @@ def _on_object(
         if "crossing" in wanted and "legs_crossed" in posture:
             motion = crossing.crossed(motion, goal, seated)
     if top is not None:
-        if top.back and "raised_back" in wanted:
-            motion = raise_trunk(motion, goal, top.back)
+        angle = top.back or (HALF_SITTING if "half_sitting" in posture else 0.0)
+        if angle and "raised_back" in wanted:
+            motion = raise_trunk(motion, goal, angle)
         if "limbs" in wanted:
             motion = top.cleared(motion, goal)
             if front is not None:
