@@ -22,6 +22,7 @@ from .leaning import SeatBack
 from .raised_back import raise_trunk
 from .resting import RestingTop
 from .seat_edge import SeatFront
+from .uncurled import uncurled
 from .unhurried import unhurried
 
 LAST_STRETCH = 1.2  # metres walked before the goal over which the remaining error is removed
@@ -39,6 +40,7 @@ CORRECTIONS = (
     "goal",
     "pelvis",
     "shins",
+    "spine",
     "raised_back",
     "leaning",
     "hands",
@@ -126,6 +128,8 @@ def _on_object(
         angle = top.back or (HALF_SITTING if "half_sitting" in posture else 0.0)
         if angle and "raised_back" in wanted:
             motion = raise_trunk(motion, goal, angle)
+        elif not angle and front is None and "spine" in wanted:
+            motion = uncurled(motion)
         if "limbs" in wanted:
             motion = top.cleared(motion, goal)
             if front is not None:

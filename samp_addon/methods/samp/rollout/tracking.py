@@ -29,6 +29,9 @@ MAX_LEAD = 0.7  # m/s that the planned speed may be ahead of the body's
 RISING = 0.15  # share of the pace at which a seated body sets off
 RECLINED = 0.6  # cosine between chest and vertical below which a body counts as lying
 HALF_RECLINED = 0.9  # the same of one that rests half sitting, against a headboard or pillows
+# Seconds after which a body that rests with its chest in the air counts as lying: finishing lays it down.
+STAYS_RAISED = 1.5
+MOTIONLESS = 0.06  # m/s of the pelvis of such a body
 OFF_GOAL = 2.0  # seconds of sitting off the goal after which the take is stuck
 PASSED = 0.05  # metres beyond a way-point
 HESITANT, UPRIGHT = 0.4, 0.75  # m/s below which, and `rise` above which, a body on its feet hesitates
@@ -57,8 +60,9 @@ class RolloutProgress:
     travelled: metres along the route. pace: speed to be reached, planned_speed: speed that the plan sets out with,
     m/s. rise: how far the body has stood up, 0 to 1. hesitated: seconds for which it has not set off. goal_index: of
     the goal in force. held: frames in which the action was held at the goal; held_off_goal: frames in which it was held
-    elsewhere. hold: frames after which a held take is done; done_at: the frame in which it was, or -1. limit: frames
-    after which a take is stuck. reclined: cosine between chest and vertical below which its body counts as lying.
+    elsewhere; raised: in which it rested on a bed with the chest in the air. hold: frames after which a held take is
+    done; done_at: the frame in which it was, or -1. limit: frames after which a take is stuck. reclined: cosine between
+    chest and vertical below which its body counts as lying.
     """
 
     def __init__(
@@ -80,7 +84,9 @@ class RolloutProgress:
         self.limit = np.round(seconds * FPS).astype(int)
         self.travelled, self.planned_speed = np.zeros(len(routes)), np.zeros(len(routes))
         self.rise, self.hesitated = np.ones(len(routes)), np.zeros(len(routes))
-        self.goal_index, self.held, self.held_off_goal = (np.zeros(len(routes), int) for _ in range(3))
+        self.goal_index, self.held, self.held_off_goal, self.raised = (
+            np.zeros(len(routes), int) for _ in range(4)
+        )
         self.done_at = np.full(len(routes), -1)
         half = ["half_sitting" in names for names in postures] or [False] * len(routes)
         self.reclined = np.where(half, HALF_RECLINED, RECLINED)
@@ -123,6 +129,10 @@ class RolloutProgress:
         self.hesitated = np.where(waits, self.hesitated + 1 / FPS, 0.0)
         self._advance_goals(seen.roots)
         near, resting = self._arrived(seen)
+        lies = self.action == ACTIONS.index("lie")
+        still = near & resting & lies & (seen.upright >= self.reclined) & (seen.speed < MOTIONLESS)
+        self.raised = np.where(still, self.raised + 1, 0)
+        resting &= ~lies | (seen.upright < self.reclined) | (self.raised > STAYS_RAISED * FPS)
         self.held = self.held + (near & resting)
         # A body that sits in the air in front of its seat would stay there, or slide to the seat at the end.
         self.held_off_goal = self.held_off_goal + (~near & resting & (self.action == ACTIONS.index("sit")))
@@ -142,7 +152,8 @@ class RolloutProgress:
             self.goal_index = self.goal_index + on
 
     def _arrived(self, seen: Observation) -> tuple[np.ndarray, np.ndarray]:
-        """Return flags (B,) of the takes that are near their final goal, and of those that hold its action."""
+        """Return flags (B,) of the takes that are near their final goal, and of those that hold its action, or, if they
+        are to lie, at least rest on the bed."""
         goal = self.goals()
         action = goal[:, 6:].argmax(1)
         away = seen.pelvis - goal[:, :3]
@@ -152,5 +163,4 @@ class RolloutProgress:
         # Distance and speed cannot tell standing from sitting; check pelvis height.
         low = seen.pelvis[:, 1] < np.maximum(goal[:, 1], LOW_SEAT) + ARRIVED
         busy = seen.weights[np.arange(len(self)), action] > BUSY
-        holds &= idle | (busy & low & (seen.vertical_speed < SETTLED))
-        return near, holds & ((action != ACTIONS.index("lie")) | (seen.upright < self.reclined))
+        return near, holds & (idle | (busy & low & (seen.vertical_speed < SETTLED)))
