@@ -14,7 +14,7 @@ import numpy as np
 
 from ...samp_addon.errors import SampError
 from ...samp_addon.evaluation import diversity, metrics, posture, rest_posture
-from ...samp_addon.evaluation.obstacles import Obstacles
+from ...samp_addon.evaluation.obstacles import shared
 from ...samp_addon.methods.method import Draw
 from ...samp_addon.methods.samp import goals
 from ...samp_addon.methods.samp.load_networks import MotionNetwork
@@ -159,7 +159,7 @@ def goal_measures(take: Take, view: SceneView) -> dict:
 def all_measures(take: Take, view: SceneView) -> dict:
     """Return all measures of a take in its scene."""
     motion = take.motion
-    obstacles = Obstacles(view.geometry.triangles)
+    obstacles = shared(view.geometry.triangles)
     numbers = metrics.measure(motion, take.goal, obstacles, take.floor) | posture.measures(motion)
     if take.goal.action == "sit" and view.target is not None:
         points = sample_surface(view.target, BACK_POINTS, seed=0)[0]
@@ -169,7 +169,10 @@ def all_measures(take: Take, view: SceneView) -> dict:
 
 
 def changes_by_finishing(found: dict[str, Stage]) -> tuple[float, float] | None:
-    """Return the mean displacement of the joints by finishing, cm: in the last two seconds, and in all frames."""
+    """Return the mean displacement of the joints by finishing, cm: in the last two seconds, and in all frames.
+
+    Takes that finishing makes longer (finishing/unhurried.py) are left out.
+    """
     last, whole = [], []
     for key, motion in found[FINISHED].motions.items():
         before = found[GUIDED].motions.get(key)
