@@ -21,7 +21,7 @@ FLAT = 0.12
 
 SPINE = tuple(skeleton.INDEX[name] for name in ("spine1", "spine2", "spine3", "neck", "head"))
 CHEST = skeleton.INDEX["spine3"]
-LAYING, STILL = 45, 0.04
+LAYING, STILL = 45, 0.15
 """Frames at 30 fps in which the spine is laid down, and metres from its place at the end within which the pelvis is
 then."""
 
