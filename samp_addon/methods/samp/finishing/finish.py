@@ -18,6 +18,7 @@ from . import crossing, hands, high_seat, seated_pelvis
 from .ground.narrow_way import FreeFloor, keep_on
 from .ground.stairs import climb
 from .ground.terrain import Ground, follow
+from .hovering import lowered
 from .leaning import SeatBack
 from .raised_back import raise_trunk
 from .resting import RestingTop
@@ -41,6 +42,7 @@ CORRECTIONS = (
     "pelvis",
     "shins",
     "spine",
+    "hovering",
     "raised_back",
     "leaning",
     "hands",
@@ -130,6 +132,8 @@ def _on_object(
             motion = raise_trunk(motion, goal, angle)
         elif not angle and front is None and "spine" in wanted:
             motion = uncurled(motion)
+        if front is None and "hovering" in wanted:
+            motion = lowered(motion, top)
         if "limbs" in wanted:
             motion = top.cleared(motion, goal)
             if front is not None:
