@@ -1,8 +1,8 @@
 """Getting up from a bed: lying down, played backwards, up to where the body stood beside the bed.
 
-Asked to go from a bed to a seat, MotionNet glides there through the air: it was trained on two captured reclines and
-what was composed of them, where few get up, and none with the next seat as its goal. Its way of lying down is right,
-and fits the bed that the body lies on. Network frame, metres.
+Asked to go from a bed to a seat, MotionNet glides there through the air: in its training, bodies that get up have a
+place to stand beside the bed as their goal, never the next seat. Its way of lying down is right, and fits the bed that
+the body lies on. Network frame, metres.
 """
 
 from __future__ import annotations
