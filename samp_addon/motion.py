@@ -76,6 +76,11 @@ class Motion:
         """Return the poses of some frames, without contacts, actions and interaction."""
         return Motion(self.root[rows], self.rotations[rows], self.fps, rest_joints=self.rest_joints)
 
+    def picked(self, rows: np.ndarray) -> Motion:
+        """Return the frames with these numbers (N,), in their order, with contacts and actions, without interaction."""
+        pick = lambda values: None if values is None else values[rows]
+        return replace(self.pose_slice(rows), contacts=pick(self.contacts), actions=pick(self.actions))
+
     def resampled(self, fps: float) -> Motion:
         """Resample to another frame rate: linear for positions, slerp for rotations; the last frame is kept."""
         if abs(fps - self.fps) < 1e-9 or len(self) < 2:

@@ -21,6 +21,11 @@ def quaternion_to_matrix(q: np.ndarray) -> np.ndarray:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def uprightness(q: np.ndarray) -> np.ndarray:
+    """Return the cosines (...) between the vertical and the y axis turned by unit quaternions (..., 4)."""
+    return 1 - 2 * (q[..., 1] * q[..., 1] + q[..., 3] * q[..., 3])
+
+
 def matrix_to_quaternion(m: np.ndarray) -> np.ndarray:
     """Convert rotation matrices (..., 3, 3) to unit quaternions (..., 4); stable for every angle."""
     m = np.asarray(m)

@@ -7,11 +7,9 @@ the body lies on. Network frame, metres.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from .. import skeleton
+from .. import rotation, skeleton
 from ..motion import Motion
 from .take import Take
 
@@ -40,7 +38,7 @@ def from_bed(before: Take, standing: float) -> Motion | None:
     if before.goal is None or before.goal.action != "lie" or motion.actions is None:
         return None
     positions, turns = motion.forward_kinematics()
-    upright = _vertical(turns[:, CHEST])
+    upright = rotation.uprightness(turns[:, CHEST])
     stands = (motion.root[:, 1] - before.floor_end[1] > STANDS * standing) & (upright > UPRIGHT)
     if not stands.any() or stands[-1]:
         return None
@@ -50,15 +48,4 @@ def from_bed(before: Take, standing: float) -> Motion | None:
     from_here = first + int(speed[first : last + 1].argmin())
     away = np.linalg.norm(positions - positions[-1], axis=-1).max(1)
     rests = int(np.flatnonzero(away > RESTS)[-1]) + 1
-    return _backwards(motion, np.arange(min(rests, len(motion) - 1), from_here - 1, -1))
-
-
-def _backwards(motion: Motion, rows: np.ndarray) -> Motion:
-    """Return frames of a motion in the order of rows (N,)."""
-    some = lambda values: None if values is None else values[rows]
-    return replace(motion.pose_slice(rows), contacts=some(motion.contacts), actions=some(motion.actions))
-
-
-def _vertical(turns: np.ndarray) -> np.ndarray:
-    """Return the cosines (T,) between the y axis of joints with global quaternions (T, 4) and the vertical."""
-    return 1 - 2 * (turns[:, 1] ** 2 + turns[:, 3] ** 2)
+    return motion.picked(np.arange(min(rests, len(motion) - 1), from_here - 1, -1))

@@ -13,8 +13,8 @@ from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.pipeline import driver
 from samp_blender.samp_addon.pipeline.driver import Work
 from samp_blender.samp_addon.pipeline.job import Job
-from samp_blender.samp_addon.scene.geometry import SceneGeometry
 from samp_blender.tests.support import rooms
+from views import view_of
 
 STANDING = 0.95
 WALK, DOWN, HOLD = 60, 60, 45
@@ -64,15 +64,13 @@ def test_other_takes_go_on_as_they_end(before):
 def test_from_a_bed_to_the_floor_without_gliding():
     """The rollout alone glides through the air, at each of three attempts."""
     room = rooms.random_room(9001, rooms.bed)
-    named = [("Floor", room.floor), *((piece.name, piece.triangles) for piece in room.pieces)]
-    geometry = SceneGeometry.from_objects(named)
-    bed = SceneView(geometry, room.target.triangles, ("Bed",), start=(room.start, room.start_yaw))
-    back = SceneView(geometry, destination=(room.start, None))
+    bed = view_of(room)
+    back = SceneView(bed.geometry, destination=(room.start, None))
     job = Job("lie", "Bed", seed=3, then=(Step("walk", to=tuple(room.start)),))
     takes, failures = driver.run(Work(job, [bed, back]))
     assert not failures
     lies, walks = takes[0].steps
-    numbers = metrics.measure(walks.motion, walks.goal, shared(geometry.triangles), walks.floor)
+    numbers = metrics.measure(walks.motion, walks.goal, shared(bed.geometry.triangles), walks.floor)
     assert not guards.broken(numbers) and numbers["success"]
     assert np.linalg.norm(walks.motion.root[0] - lies.motion.root[-1]) < 0.1
     assert walks.motion.actions[0, 4] > 0.5, "it begins lying"

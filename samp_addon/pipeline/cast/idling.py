@@ -77,10 +77,10 @@ def after_waiting(take: Take, idle: Motion | None, seconds: float) -> Take:
     motion = take.motion
     count = round(seconds * motion.fps)
     rows = np.zeros(count, dtype=int)
-    before = _rows(motion, rows)
+    before = motion.picked(rows)
     if idle is not None:
         idle = _matched(idle, motion)
-        before = _rows(idle, np.minimum(np.arange(count), len(idle) - 1))
+        before = idle.picked(np.minimum(np.arange(count), len(idle) - 1))
     later = [replace(goal, frame=goal.frame + count) for goal in take.sub_goals or ()]
     own_steps = take.steps
     if own_steps:
@@ -105,11 +105,11 @@ def lengthened(take: Take, frames: int) -> Take:
     phase = np.arange(1, missing + 1) % (2 * period)
     back = np.where(phase <= period, phase, 2 * period - phase)
     rows = np.concatenate([np.arange(len(motion)), len(motion) - 1 - back])
-    longer = replace(_rows(motion, rows), interaction_start=motion.interaction_start)
+    longer = replace(motion.picked(rows), interaction_start=motion.interaction_start)
     own_steps = take.steps
     if own_steps:
         last = own_steps[-1]
-        tail = _rows(motion, rows[len(motion) :])
+        tail = motion.picked(rows[len(motion) :])
         own_steps = (*own_steps[:-1], replace(last, motion=_joined(last.motion, tail)))
     return replace(take, motion=longer, steps=own_steps)
 
@@ -120,7 +120,7 @@ def _still(motion: Motion) -> int:
     At least 1, and at most SWAY seconds.
     """
     longest = min(round(SWAY * motion.fps), len(motion) - 1)
-    end = _rows(motion, np.arange(len(motion) - 1 - longest, len(motion)))
+    end = motion.picked(np.arange(len(motion) - 1 - longest, len(motion)))
     places = end.forward_kinematics()[0][:, HELD]
     moved = np.linalg.norm(places - places[-1], axis=-1).max(axis=-1)[::-1] > STILL
     return max(1, int(moved.argmax()) - 1 if moved.any() else longest)
@@ -134,19 +134,6 @@ def _joined(first: Motion, second: Motion) -> Motion:
         rotations=both(first.rotations, second.rotations),
         contacts=both(first.contacts, second.contacts),
         actions=both(first.actions, second.actions),
-    )
-
-
-def _rows(motion: Motion, rows: np.ndarray) -> Motion:
-    """Return the frames of a motion with these numbers."""
-    pick = lambda values: None if values is None else values[rows]
-    return replace(
-        motion,
-        root=motion.root[rows],
-        rotations=motion.rotations[rows],
-        contacts=pick(motion.contacts),
-        actions=pick(motion.actions),
-        interaction_start=None,
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...easing import smoothstep
 from .probes import (
     at_bodies,
     blocked_share,
@@ -54,6 +55,14 @@ HEAD = lattice((-0.09, 0.09), (-0.78, -0.58), 0.05)
 FEET = lattice((-0.14, 0.14), (0.66, 0.90), 0.06)
 BEYOND_HEAD = lattice((-0.2, 0.2), (-1.30, -0.70), 0.08, LOOK)
 BEYOND_FEET = BEYOND_HEAD * [1.0, -1.0]
+
+
+def to_pelvis(upright: np.ndarray) -> np.ndarray:
+    """Return the metres (T,) from a surface up to the pelvis that rests on it.
+
+    upright: (T,) cosines between trunk and vertical.
+    """
+    return BED_TO_PELVIS + (SEAT_TO_PELVIS - BED_TO_PELVIS) * smoothstep(upright)
 
 
 def surface_height(grid: SupportMap, places: np.ndarray, radius: float = 0.09) -> np.ndarray:

@@ -31,9 +31,8 @@ SMOOTHING = 1.5  # frames at 30 fps
 MIN_SINKING = 0.08  # metres by which the pelvis sinks onto an ordinary seat; less is a high stool
 PERCHING = 30.0  # frames at 30 fps in which a body moves back onto a high stool
 SEATED_WEIGHT = 0.9  # share of the way down from which a body counts as seated
-HALF_SITTING = np.radians(
-    40.0
-)  # of the trunk over the mattress, against a headboard; the network may lie flat there
+# Of the trunk over the mattress, against a headboard, where the network may lie flat.
+HALF_SITTING = np.radians(40.0)
 BUSY = 0.5  # weight of the action above which the character is sitting or lying
 
 CORRECTIONS = (

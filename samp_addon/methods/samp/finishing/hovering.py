@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from .... import rotation, skeleton
 from ....easing import smoothstep
 from ....motion import Motion
-from ....scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
+from ....scene.seats.postures import to_pelvis
 from .resting import RestingTop
 
 LOWERED, STANDS = 0.16, 0.30
@@ -32,8 +32,7 @@ def lowered(motion: Motion, top: RestingTop) -> Motion:
     if motion.interaction_start is None:
         return motion
     turns = motion.forward_kinematics()[1][:, skeleton.INDEX["spine1"]]
-    upright = rotation.quaternion_to_matrix(turns)[:, 1, 1]
-    thick = BED_TO_PELVIS + (SEAT_TO_PELVIS - BED_TO_PELVIS) * smoothstep(upright)
+    thick = to_pelvis(rotation.uprightness(turns))
     x, z, inside = top.cells(motion.root[:, [0, 2]])
     surface = top.heights[x, z]
     on = inside & (surface > top.low) & (surface < top.high)

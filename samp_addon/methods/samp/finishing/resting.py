@@ -18,11 +18,11 @@ from scipy.ndimage import (
 )
 
 from .... import rotation, skeleton
-from ....easing import anticipate, smoothstep
+from ....easing import anticipate
 from ....motion import Goal, Motion
 from ....refine.feet.foot import sole_points, toe_tips
 from ....refine.inverse_kinematics import at_height, solve_limb
-from ....scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS
+from ....scene.seats.postures import BED_TO_PELVIS, SEAT_TO_PELVIS, to_pelvis
 from ....scene.seats.reclining import CROWN, back_angle
 
 CELL = 0.03  # metres
@@ -223,8 +223,7 @@ class RestingTop:
     def _raise_pelvis(self, motion: Motion, near: np.ndarray) -> Motion:
         """Raise a pelvis that sits on the edge, or lies, lower than buttocks or back allow. near: (T,) flags."""
         _, globals_ = motion.forward_kinematics()
-        upright = rotation.quaternion_to_matrix(globals_[:, skeleton.INDEX["spine1"]])[:, 1, 1]
-        thick = BED_TO_PELVIS + (SEAT_TO_PELVIS - BED_TO_PELVIS) * smoothstep(upright) - GIVE
+        thick = to_pelvis(rotation.uprightness(globals_[:, skeleton.INDEX["spine1"]])) - GIVE
         missing = np.where(near, _lift_in_reach(self.missing(motion.root, thick)), 0.0)
         if not missing.any():
             return motion

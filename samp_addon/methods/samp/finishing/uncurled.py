@@ -30,20 +30,18 @@ def uncurled(motion: Motion) -> Motion:
     """Return the motion with the spine laid down in its rest, if its chest is in the air there."""
     if _upright(motion, 0.0) <= RAISED:
         return motion
-    shares = np.linspace(0.05, 1.0, 20)
-    enough = [share for share in shares if _upright(motion, share) <= FLAT]
+    enough = next((share for share in np.linspace(0.05, 1.0, 20) if _upright(motion, share) <= FLAT), 1.0)
     away = np.flatnonzero(np.linalg.norm(motion.root - motion.root[-1], axis=-1) > STILL)
     rests = int(away[-1]) + 1 if len(away) else 0
     weight = smoothstep((np.arange(len(motion)) - rests) / LAYING)
-    return replace(motion, rotations=_straightened(motion.rotations, weight * (enough[0] if enough else 1.0)))
+    return replace(motion, rotations=_straightened(motion.rotations, weight * enough))
 
 
 def _upright(motion: Motion, share: float) -> float:
     """Return the cosine between chest and vertical in the last frame, with a share of the bend taken out."""
     last = motion.pose_slice(slice(-1, None))
     turned = replace(last, rotations=_straightened(last.rotations, np.array([share])))
-    chest = turned.forward_kinematics()[1][0, CHEST]
-    return float(1 - 2 * (chest[1] ** 2 + chest[3] ** 2))
+    return float(rotation.uprightness(turned.forward_kinematics()[1][0, CHEST]))
 
 
 def _straightened(rotations: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ learned their haste.
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from ....motion import Motion
 
@@ -28,8 +29,6 @@ def unhurried(motion: Motion, heights: np.ndarray, goal: np.ndarray) -> tuple[Mo
     heights: (T,) of the floor under it. goal: row of Route.goals. Places and poses stay as they are; only when they are
     reached changes.
     """
-    from scipy.ndimage import gaussian_filter1d, maximum_filter1d
-
     start = motion.interaction_start
     if start is None or len(motion) < 2:
         return motion, heights
