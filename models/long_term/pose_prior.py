@@ -13,6 +13,10 @@ from .layers import dense, gaussian, sample
 from .layout import JOINTS, POSE, matrix_from_six
 
 WIDTH = 512
+SMALL = 0.1
+"""Share of the usual initial weights of the decoder's last layer."""
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+"""The 6D form of no rotation."""
 
 
 class PosePrior(nn.Module):
@@ -22,6 +26,19 @@ class PosePrior(nn.Module):
         super().__init__()
         self.encoder = dense(JOINTS * 9, width, width, 2 * POSE)
         self.decoder = dense(POSE, width, width, JOINTS * 6)
+        self.begin_at_rest()
+
+    def begin_at_rest(self) -> None:
+        """Begin the last layer of the decoder anew, with rotations close to the identity.
+
+        From random ones a joint may be more than a quarter turn away from all captured poses; the loss then has a
+        local minimum near a half turn, with the child joint turned back.
+        """
+        last = self.decoder[-1]
+        last.reset_parameters()
+        with torch.no_grad():
+            last.weight.mul_(SMALL)
+            last.bias.copy_(torch.tensor(IDENTITY).repeat(JOINTS))
 
     def encode(self, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return mean and log-variance (..., 32) of rotation matrices (..., 21, 3, 3)."""

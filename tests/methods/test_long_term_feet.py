@@ -8,7 +8,7 @@ import rooms
 from samp_blender.samp_addon import rotation
 from samp_blender.samp_addon.body import hand_poses
 from samp_blender.samp_addon.methods.long_term import joining, planning, resting
-from samp_blender.samp_addon.methods.long_term.figure import Figure, as_motion, untwisted
+from samp_blender.samp_addon.methods.long_term.figure import Figure, as_motion
 from samp_blender.samp_addon.methods.long_term.sub_goals.places import Place
 from samp_blender.samp_addon.methods.long_term.surfaces import Surfaces
 from samp_blender.samp_addon.methods.long_term.synthesis import Synthesis
@@ -196,23 +196,3 @@ def test_the_floor_over_a_step_is_where_it_is():
         np.testing.assert_allclose(floors[over < -0.2, column], 0.0, atol=0.02)
         np.testing.assert_allclose(floors[over > 0.2, column], 0.16, atol=0.02)
     assert surfaces.floors(places, 0.0, 0.01).tolist() == np.linspace(0.0, 0.01, 61).tolist()
-
-
-@pytest.mark.parametrize("twist", [0.0, 20.0, 165.0, -170.0])
-def test_a_thigh_is_not_twisted_by_half_a_turn(twist):
-    body = moving(np.zeros((1, 3)))
-    rest, plain = body.rest_joints, body.rotations.copy()
-    hip, knee = INDEX["right_hip"], INDEX["right_knee"]
-    plain[:, knee] = rotation.from_axis_angle(np.array([0.9, 0.0, 0.0]))
-    along = (rest[knee] - rest[hip]) / np.linalg.norm(rest[knee] - rest[hip])
-    turn = rotation.from_axis_angle(np.radians(twist) * along)
-    wrong = plain.copy()
-    wrong[:, hip] = rotation.multiply(wrong[:, hip], turn)
-    wrong[:, knee] = rotation.multiply(rotation.conjugate(turn), wrong[:, knee])
-    made = untwisted(wrong, rest)
-    joints = [replace(body, rotations=one).forward_kinematics()[0] for one in (wrong, made)]
-    np.testing.assert_allclose(joints[0], joints[1], atol=1e-9)
-    if abs(twist) > 60:
-        assert np.abs((made[:, knee] * plain[:, knee]).sum(-1)) > 0.99
-    else:
-        np.testing.assert_array_equal(made, wrong)

@@ -194,9 +194,22 @@ def test_a_training_goes_on_from_its_checkpoint(data, tmp_path):
 
 def test_a_training_begins_with_the_weights_of_another(packed, work, tmp_path):
     train.main(["--data", str(packed), "--work", str(tmp_path), "--cpu", "--batch", "3", "--steps", "1",
-                "--stages", "prior", "--begin", str(work), "--rate", "1e-9"])  # fmt: skip
-    old, new = (weights.load_weights("long_term_prior", folder) for folder in (work, tmp_path))
-    assert all(torch.allclose(value.float(), new[name].float(), atol=2e-3) for name, value in old.items())
+                "--stages", "prior", "points", "--begin", str(work), "--rate", "1e-9"])  # fmt: skip
+    for stage in ("prior", "points"):
+        old, new = (weights.load_weights(f"long_term_{stage}", folder) for folder in (work, tmp_path))
+        same = {k: torch.allclose(v.float(), new[k].float(), atol=2e-3) for k, v in old.items()}
+        # The last layer of the prior's decoder begins anew.
+        assert {k for k, v in same.items() if not v} <= {"decoder.4.weight", "decoder.4.bias"}, stage
+        assert stage != "prior" or not same["decoder.4.weight"]
+
+
+def test_codes_keep_their_meaning_when_the_prior_is_trained_on(data, work):
+    learner = train.Trainings(data, work, 4).learner("prior")
+    learner.begin_with(work)
+    before = {k: v.clone() for k, v in learner.net.state_dict().items()}
+    learner.step(0.0)
+    after = learner.net.state_dict()
+    assert all(torch.equal(after[k], v) == k.startswith("encoder") for k, v in before.items())
 
 
 def test_the_archive_in_pieces(work, tmp_path, monkeypatch):

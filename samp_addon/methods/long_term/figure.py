@@ -12,9 +12,6 @@ from ...body import betas as shapes
 from ...body import hand_poses
 from ...motion import Motion
 
-TWISTED = np.radians(60)
-"""Twist of a shin against its thigh from which it is wrong."""
-
 
 @dataclass(frozen=True)
 class Figure:
@@ -62,21 +59,3 @@ def as_motion(figures: Sequence[Figure]) -> Motion:
         hand_poses.with_hands(turns, np.array([figure.hands for figure in figures])),
         rest_joints=shapes.body_of(figures[0].betas).joints,
     )
-
-
-def untwisted(rotations: np.ndarray, rest_joints: np.ndarray) -> np.ndarray:
-    """Return local quaternions (K, J, 4) without impossible twists of the knees. No joint changes its place.
-
-    The pose prior is trained on the places of joints: it twists the right thigh by half a turn, and the shin back.
-    """
-    made = rotations.copy()
-    for side in ("left", "right"):
-        hip, knee = (skeleton.INDEX[f"{side}_{part}"] for part in ("hip", "knee"))
-        along = rest_joints[knee] - rest_joints[hip]
-        along = along / np.linalg.norm(along)
-        twist = 2 * np.arctan2(made[:, knee, 1:] @ along, made[:, knee, 0])
-        twist = (twist + np.pi) % (2 * np.pi) - np.pi
-        turn = rotation.from_axis_angle(np.where(np.abs(twist) > TWISTED, twist, 0.0)[:, None] * along)
-        made[:, hip] = rotation.multiply(made[:, hip], turn)
-        made[:, knee] = rotation.multiply(rotation.conjugate(turn), made[:, knee])
-    return made

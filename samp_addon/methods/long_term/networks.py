@@ -16,14 +16,13 @@ from ....models.long_term.guided_pose import SIX, GuidedPose, PoseEnds
 from ....models.long_term.guided_route import FPS, GuidedRoute, RouteEnds
 from ....models.long_term.pose_prior import PosePrior
 from ... import rotation
-from ...body import betas as shapes
 from ...body import hand_poses
 from ...errors import SampError
 from ...motion import Motion
 from ...torch_threads import single_thread
 from ...vocabulary import SEATED
 from . import resting
-from .figure import Figure, as_motion, untwisted
+from .figure import Figure, as_motion
 from .installed import WEIGHTS
 
 FRAMES = (14, 90)
@@ -90,7 +89,6 @@ class Networks:
             turns = torch.cat([pelvis[:, None], self.prior.decode(p)], 1)
         places = _world(t.double().numpy(), origin, wanted.yaw)
         quats = rotation.matrix_to_quaternion(turns.double().numpy())
-        quats = untwisted(quats, shapes.body_of(wanted.betas).joints)
         return [
             Figure(place, q, hand, wanted.betas, wanted.level)
             for place, q, hand in zip(places, quats, h.double().numpy(), strict=True)

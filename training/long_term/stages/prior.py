@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import torch
 
 from ....models.long_term.layers import divergence
@@ -18,6 +20,14 @@ class PriorLearner(Learner):
 
     def __init__(self, data: LongTermData, batch: int = 256) -> None:
         super().__init__("long_term_prior", PosePrior(), data, batch)
+
+    def begin_with(self, folder: Path) -> None:
+        """Load the encoder and the decoder of another training. The encoder is fixed, so that codes keep their meaning
+        for networks that were trained on them; the last layer of the decoder begins anew."""
+        super().begin_with(folder)
+        self.net.begin_at_rest()
+        self.net.encoder.requires_grad_(False)
+        self.average = {k: v.detach().clone() for k, v in self.net.state_dict().items()}
 
     def losses(self, done: float) -> dict[str, torch.Tensor]:
         data = self.data
