@@ -76,6 +76,25 @@ def test_stance_feet_stand_still(drift):
         assert abs(min(heel[:, 1].min(), sole[:, 1].min())) < 2e-3
 
 
+@pytest.mark.parametrize("degrees, most", [(20.0, 1.0), (160.0, 160.0)])
+@pytest.mark.parametrize("settings", [FOUND, LABELLED], ids=["found", "labelled"])
+def test_standing_feet_pivot_before_their_ankles_twist(settings, degrees, most):
+    """A foot keeps its facing through a small turn of the body, and turns with the body through a large one."""
+    frames = 90
+    root, quats = standing(frames)
+    turn = np.radians(degrees) * np.clip((np.arange(frames) - 15) / 60, 0, 1)
+    quats[:, 0] = rotation.about_y(turn)
+    contacts = np.tile([0.0, 0, 0, 1, 1], (frames, 1))
+    motion = lock_feet(Motion(root, quats, contacts=contacts), settings=replace(settings, steps=False))
+    _, globals_ = motion.forward_kinematics()
+    feet = globals_[:, [skeleton.INDEX[f"{side}_ankle"] for side in ("left", "right")]]
+    ahead = rotation.rotate(feet, np.broadcast_to([0.0, 0.0, 1.0], (*feet.shape[:2], 3)))
+    facing = np.degrees(np.unwrap(np.arctan2(ahead[..., 0], ahead[..., 2]), axis=0))
+    against = np.abs(facing - np.degrees(turn)[:, None])
+    assert against.max() < 36
+    assert np.ptp(facing, axis=0).max() < most
+
+
 def test_no_foot_sinks_into_the_floor():
     root, quats = standing(30)
     root[:, 1] -= 0.05

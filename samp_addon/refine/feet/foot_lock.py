@@ -59,6 +59,9 @@ FOUND = Settings(clearance=0.036, blend=7, fastest=0.9, carries=True)
 
 LIFT_SIGMA = 1.5  # frames at 30 fps of the Gaussian over the lift of a labelled swing
 LIFT_FADES = 0.01  # metres of clearance below which that lift fades out
+HELD_TURN, MOST_TURN = np.radians(15), np.radians(35)
+"""Turns of a standing foot against its leg up to which it is held in full, and which it never exceeds: beyond, it
+pivots on its ball. Captured feet turn by 46 degrees against their shins at most (99.9 % of frames)."""
 OFFSET_SIGMA = 0.75  # frames at 30 fps of the Gaussian over planned corrections
 
 
@@ -161,9 +164,16 @@ def _held_facing(
     turn = np.zeros((len(facing), 1))
     for stance in found:
         own = facing[stance.first : stance.last]
-        turn[stance.first : stance.last, 0] = own.mean() - own
+        turn[stance.first : stance.last, 0] = _limited(own.mean() - own)
     turn = spread(turn, found, blend)
     return (turn + carried_on(turn, found, blend))[:, 0]
+
+
+def _limited(turn: np.ndarray) -> np.ndarray:
+    """Return turns (T,), radians, that stay below MOST_TURN, smoothly."""
+    over = np.maximum(np.abs(turn) - HELD_TURN, 0.0)
+    room = MOST_TURN - HELD_TURN
+    return np.sign(turn) * (np.minimum(np.abs(turn), HELD_TURN) + room * np.tanh(over / room))
 
 
 def _planned(
