@@ -9,6 +9,7 @@ from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.refine.feet.foot import sole_points, toe_tips
 from samp_blender.samp_addon.refine.feet.foot_lock import FOUND, LABELLED, lock_feet
 from samp_blender.samp_addon.refine.feet.grounding import grounded, lowest_sole
+from samp_blender.samp_addon.refine.feet.stances import from_ground
 from samp_blender.samp_addon.refine.inverse_kinematics import LIMBS, solve_limb
 from samp_blender.samp_addon.refine.runs import runs
 
@@ -93,6 +94,17 @@ def test_standing_feet_pivot_before_their_ankles_twist(settings, degrees, most):
     against = np.abs(facing - np.degrees(turn)[:, None])
     assert against.max() < 36
     assert np.ptp(facing, axis=0).max() < most
+
+
+@pytest.mark.parametrize("degrees, count", [(25.0, 1), (80.0, 2)])
+def test_a_foot_that_turns_on_its_ball_stands_anew(degrees, count):
+    frames = 60
+    turn = np.radians(degrees) * np.clip((np.arange(frames) - 10) / 40, 0, 1)
+    along = rotation.rotate(rotation.about_y(turn), np.broadcast_to([0.0, 0.0, 0.2], (frames, 3)))
+    ball = np.zeros((frames, 3))
+    flat = np.zeros(frames)
+    found = from_ground([ball - along, ball], [flat, flat], np.ones(frames), 30.0)
+    assert len(found) == count
 
 
 def test_no_foot_sinks_into_the_floor():

@@ -28,6 +28,7 @@ NEAR_GROUND = 0.05  # metres from the ground within which a sole can stand
 RISEN = 0.01  # metres over the stance's usual height at which the sole has left the ground
 SLOW = 0.40  # m/s of the sole
 STEPPED = 0.10  # metres of drift within a stance that count as a step
+TURNED = math.radians(30)  # turn of a sole within a stance that counts as a step
 FLAT = 0.035  # metres by which the heights of heel and ball of a flat foot differ
 UPRIGHT = 0.75  # cosine between the foot's up axis and the vertical
 SHORTEST = 4  # frames at 30 fps
@@ -85,12 +86,23 @@ def from_ground(
     speed = np.min([smoothed_speeds(end, fps, SMOOTHED) for end in ends], axis=0)
     low = np.nanmin(np.nan_to_num(np.abs(heights), nan=1.0), axis=0)
     shortest = max(2, round(SHORTEST * fps / 30))
+    pointing = _pointing(ends[1] - ends[0])
     found = []
     for first, last in runs((low < NEAR_GROUND) & (speed < SLOW) & (up > UPRIGHT), shortest, 2):
         down = np.flatnonzero(low[first:last] < np.percentile(low[first:last], 20) + RISEN)
         start, stop = first + down[0], first + down[-1] + 1
-        found += _split(ends[1], start, stop, radius=STEPPED, free=shortest, shortest=shortest)
+        found += [
+            part
+            for span in _split(ends[1], start, stop, radius=STEPPED, free=shortest, shortest=shortest)
+            for part in _split(pointing, *span, radius=TURNED, free=shortest, shortest=shortest)
+        ]
     return [Stance(first, last, _flat_part(heights, first, last)) for first, last in found]
+
+
+def _pointing(along: np.ndarray) -> np.ndarray:
+    """Return the facings of a sole as places (T, 3) whose distances are turns in radians. along: (T, 3), heel to ball."""
+    facing = np.unwrap(np.arctan2(along[:, 0], along[:, 2]))
+    return np.stack([facing, np.zeros_like(facing), np.zeros_like(facing)], axis=-1)
 
 
 def bridge(feet: Sequence[Sequence[Stance]], supported: np.ndarray, fps: float) -> list[list[Stance]]:
