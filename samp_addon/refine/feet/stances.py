@@ -100,7 +100,10 @@ def from_ground(
 
 
 def _pointing(along: np.ndarray) -> np.ndarray:
-    """Return the facings of a sole as places (T, 3) whose distances are turns in radians. along: (T, 3), heel to ball."""
+    """Return the facings of a sole as places (T, 3) whose distances are turns in radians.
+
+    along: (T, 3), from heel to ball.
+    """
     facing = np.unwrap(np.arctan2(along[:, 0], along[:, 2]))
     return np.stack([facing, np.zeros_like(facing), np.zeros_like(facing)], axis=-1)
 
