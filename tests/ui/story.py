@@ -17,9 +17,10 @@ PATIENCE = 600.0  # seconds, for software GL on two busy cores
 
 def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield names and steps in order. home: folder for saved files."""
+    from blocking import Blocking
     from placing import Placing
 
-    session, placing = _Session(window, home), Placing(window)
+    session, placing, blocking = _Session(window, home), Placing(window), Blocking(window)
     yield "the room and the tab", session.open
     yield "create a character", session.create
     yield "click the sofa", session.pick
@@ -35,6 +36,10 @@ def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object
     yield "Place", placing.place
     yield "Esc leaves Place", placing.leave
     yield "a path drawn on the floor", placing.draw_path
+    yield "sub-goals by clicks", blocking.add
+    yield "another body, pinned", blocking.other_body
+    yield "a take through the sub-goals", blocking.bake
+    yield "clear the sub-goals", blocking.clear
     yield "the right-click menu", session.menu
     yield "save and open again", session.save
 
@@ -88,7 +93,6 @@ class _Session:
         begun = time.monotonic()
         window.click(*place)
         window.wait("ui.running()", seconds=20)
-        window.find("bpy.ops.samp.stop")
         window.wait(
             "ui.running()", lambda value: value is None or value[1] == "Moving" and value[2] > 0.2, PATIENCE
         )
@@ -126,7 +130,7 @@ class _Session:
     def _stopped(self, aimed: Callable[[], Callable[[], None]]) -> str:
         """Start a run, stop it, and return the time that took. aimed: locates the control and returns its action."""
         window = self.window
-        window.ask("setattr(bpy.context.scene.samp, 'variants', 16)")  # a long run
+        window.ask("setattr(bpy.context.scene.samp, 'variants', 64)")  # longer than the search for a button
         before, place = window.ask("ui.fingerprint()"), window.find("bpy.ops.samp.generate")
         window.click(*place)
         window.wait("ui.running()", seconds=20)
