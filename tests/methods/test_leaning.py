@@ -7,6 +7,7 @@ import pytest
 from samp_blender.samp_addon import rotation, skeleton
 from samp_blender.samp_addon.evaluation import rest_posture
 from samp_blender.samp_addon.frames import yaw_direction
+from samp_blender.samp_addon.methods.samp import posture_places
 from samp_blender.samp_addon.methods.samp.finishing import crossing, hands, leaning
 from samp_blender.samp_addon.methods.samp.finishing.leaning import MOST, UPRIGHT_MOST, SeatBack, leaned
 from samp_blender.samp_addon.methods.samp.finishing.resting import RestingTop
@@ -101,6 +102,25 @@ def test_hands_on_the_lap(arms, posture, lowered):
     after = hands.rested(before, row(0.0), DOWN, posture, None)
     assert rest_posture.flags(after, "sit")["hands_on_lap"][-1] == lowered
     assert (after.rotations == before.rotations).all() != lowered
+    assert np.allclose(after.rotations[:10], before.rotations[:10], atol=1e-6)
+
+
+@pytest.mark.parametrize("ahead, stoops", [(0.3, False), (0.5, True)])
+def test_hands_on_a_table(ahead, stoops):
+    """Wrists end on the table, over its edge; for one that is far the trunk turns forward too."""
+    before = seated()
+    table = PLACE + np.array([[0.17, 0.2, ahead], [-0.17, 0.2, ahead]])
+    after = hands.rested(before, row(0.0), DOWN, ("hands_on_table",), None, table)
+    joints = after.forward_kinematics()[0]
+    wrists = joints[:, [skeleton.INDEX["left_wrist"], skeleton.INDEX["right_wrist"]]]
+    assert wrists[-1] == pytest.approx(table, abs=0.01)
+    assert rest_posture.flags(after, "sit")["hands_on_table"][-1]
+    over = wrists[..., 2] > PLACE[2] + ahead - posture_places.FROM_EDGE
+    assert (wrists[..., 1][over] > table[0, 1] - posture_places.WRIST).all()
+    neck = (
+        joints[-1, skeleton.INDEX["neck"], 2] - before.forward_kinematics()[0][-1, skeleton.INDEX["neck"], 2]
+    )
+    assert (neck > 0.03) == stoops
     assert np.allclose(after.rotations[:10], before.rotations[:10], atol=1e-6)
 
 

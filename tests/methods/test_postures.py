@@ -82,6 +82,22 @@ BED = ((-0.8, 0.0, -1.0), (0.8, 0.5, 1.0))
 HEADBOARD = ((-0.8, 0.0, -1.06), (0.8, 1.0, -1.0))
 
 
+@pytest.mark.parametrize("edge, there", [(0.3, True), (0.45, True), (0.8, False)])
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+def test_wrists_on_a_table(edge, there, yaw):
+    boxes = [*SEAT, ((-0.6, 0.7, edge), (0.6, 0.74, edge + 0.7))]
+    turn = lambda points: rotation.rotate(rotation.about_y(np.array(yaw)), points)
+    triangles = turn(np.concatenate([box(*one) for one in boxes]))
+    goal = Goal(np.array([0.0, 0.53, 0.0]), turn(np.array([0.0, 0.0, 1.0])), "sit")
+    wrists = posture_places.table(triangles, goal)
+    assert (wrists is not None) == there
+    if there:
+        at = min(max(edge + posture_places.FROM_EDGE, posture_places.NEAREST), posture_places.ARMS_LENGTH)
+        level = 0.74 + posture_places.WRIST
+        wanted = [[posture_places.WRISTS, level, at], [-posture_places.WRISTS, level, at]]
+        assert wrists == pytest.approx(turn(np.array(wanted)), abs=0.02)
+
+
 @pytest.mark.parametrize(
     ("boxes", "posture", "behind"),
     [

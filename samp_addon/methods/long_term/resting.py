@@ -36,8 +36,8 @@ SOFT = 2.0
 FASTEST = 0.47
 """Metres per second of the pelvis near its rest: the median of captured bodies that rise, within 3 cm of it."""
 SLOW = {"sit": (0.3, 0.75), "lie": (0.6, 0.9)}
-"""Shares of the standing height over the rest up to which FASTEST holds in full, and from which it does not hold. A body
-that sits down as slowly from higher up squats in the air for more than a second."""
+"""Shares of the standing height over the rest up to which FASTEST holds in full, and from which it does not hold. A
+body that sits down as slowly from higher up squats in the air for more than a second."""
 SPREAD = 7
 """Width, in frames, of the window around a fast frame that is slowed with it."""
 SIGMA = 3.0

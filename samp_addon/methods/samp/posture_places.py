@@ -36,6 +36,14 @@ REGIONS = {
 """Lowest and highest corner of where the surfaces lie: left, up and forward of the pelvis at the goal."""
 
 _FLAT = ("hands_on_armrests", "hands_on_table")
+SIDES = ((0.02, 0.36), (-0.36, -0.02))
+"""Metres to the left of the pelvis in which the tops of the table for the left and the right hand are looked for."""
+WRISTS = 0.17
+"""Metres aside of the pelvis at which wrists lie on a table."""
+FROM_EDGE, NEAREST, ARMS_LENGTH = 0.07, 0.28, 0.50
+"""Metres from the edge of a table to a wrist on it, and from the pelvis forward to a wrist, at least and at most."""
+WRIST = 0.04
+"""Metres from the top of a table up to the joint of a wrist."""
 UPWARD = 0.7
 """Vertical part of the unit normal of a surface on which a hand lies."""
 
@@ -54,6 +62,31 @@ def suited(triangles: np.ndarray, goal: Goal, posture: Collection[str]) -> Goal:
         if in_box(points, low, high).sum() * each >= LEAST_AREA["half_sitting"]:
             return moved
     return goal
+
+
+def table(triangles: np.ndarray, goal: Goal) -> np.ndarray | None:
+    """Return the places (2, 3) of the left and the right wrist on a table in front of a goal, or None.
+
+    triangles: (F, 3, 3) of everything near it. The goal's direction is horizontal.
+    """
+    own, flat, each = _surface(triangles, goal)
+    (low, high), ahead = REGIONS["hands_on_table"][0], np.asarray(goal.direction, float)
+    left = np.cross([0.0, 1.0, 0.0], ahead)
+    places = []
+    for side, aside in zip(SIDES, (WRISTS, -WRISTS), strict=True):
+        corners = np.array([(side[0], *low[1:]), (side[1], *high[1:])])
+        top = own[in_box(own, *corners) & flat]
+        if len(top) * each < LEAST_AREA["hands_on_table"]:
+            return None
+        forward = float(np.clip(np.percentile(top[:, 2], 2) + FROM_EDGE, NEAREST, ARMS_LENGTH))
+        near = top[np.abs(top[:, 2] - forward) < FROM_EDGE]
+        if not len(near):
+            return None
+        up = float(np.percentile(near[:, 1], 95)) + WRIST
+        places.append(
+            np.asarray(goal.position, float) + aside * left + up * np.array([0, 1, 0]) + forward * ahead
+        )
+    return np.array(places)
 
 
 def around(triangles: np.ndarray, goal: Goal) -> tuple[str, ...]:

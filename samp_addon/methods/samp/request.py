@@ -26,7 +26,8 @@ class Request:
     exactly. ground: returns the heights (N,) of the ground near points (N, 3), NaN where there is none; None for even
     ground. free: where the path leads through a narrow gap, returns the places (N, 3) nearest to points (N, 3) at which
     a body fits. posture: of the rest, see postures.py; drawn if empty. posture_places: returns the postures for which
-    there is a place; only networks that know postures ask. flights: of stairs, on the way-points.
+    there is a place; only networks that know postures ask. table: returns the places (2, 3) of the left and the right
+    wrist on a table in front of the goal, or None. flights: of stairs, on the way-points.
     """
 
     start_position: np.ndarray
@@ -46,5 +47,6 @@ class Request:
     free: Callable[[np.ndarray], np.ndarray] | None = None
     posture: tuple[str, ...] = ()
     posture_places: Callable[[], tuple[str, ...]] = tuple
+    table: Callable[[], np.ndarray | None] = lambda: None
     latent_seed: int | None = None
     flights: Sequence[Flight] = ()

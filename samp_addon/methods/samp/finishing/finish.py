@@ -71,6 +71,7 @@ def finish(
     front: SeatFront | None = None,
     top: RestingTop | None = None,
     back: SeatBack | None = None,
+    table: np.ndarray | None = None,
     posture: Collection[str] = (),
     ground: Ground | None = None,
     free: FreeFloor | None = None,
@@ -80,8 +81,9 @@ def finish(
     """Return the finished take: on its goal, feet locked, at the heights of its floor.
 
     travelled: (T,) metres along the route. front: of the seat. top: of the object that the body rests on. back: of
-    the seat, if the body leans on it. posture: of the rest. ground: under the feet. free: floor of a narrow way.
-    unfolded: the path over stairs, on which the motion is. without: CORRECTIONS that are left out.
+    the seat, if the body leans on it. table: places (2, 3) of the left and the right wrist on it. posture: of the rest.
+    ground: under the feet. free: floor of a narrow way. unfolded: the path over stairs, on which the motion is.
+    without: CORRECTIONS that are left out.
     """
     wanted = frozenset(CORRECTIONS) - frozenset(without)
     goal = route.goals[-1]
@@ -90,7 +92,7 @@ def finish(
     if "goal" in wanted:
         motion = settle_on_goal(motion, goal, action)
     if start is not None:
-        motion = _on_object(motion, goal, front, top, back, posture, wanted)
+        motion = _on_object(motion, goal, front, top, back, table, posture, wanted)
     if "narrow_way" in wanted and unfolded is None:
         seated = 0.0 if start is None else _lift_weight(motion)
         motion = keep_on(motion, free, np.ones(len(motion)) - seated)
@@ -109,7 +111,7 @@ def finish(
 
 def _on_object(
     motion: Motion, goal: np.ndarray, front: SeatFront | None, top: RestingTop | None, back: SeatBack | None,
-    posture: Collection[str], wanted: Collection[str],
+    table: np.ndarray | None, posture: Collection[str], wanted: Collection[str],
 ) -> Motion:  # fmt: skip
     """Return the motion with the corrections that the object asks for. goal: row of Route.goals."""
     if front is not None:
@@ -122,7 +124,7 @@ def _on_object(
         if back is not None and "leaning" in wanted:
             motion = back.leaned_on(motion, goal, seated)
         if "hands" in wanted:
-            motion = hands.rested(motion, goal, seated, posture, top)
+            motion = hands.rested(motion, goal, seated, posture, top, table)
         if "crossing" in wanted and "legs_crossed" in posture:
             motion = crossing.crossed(motion, goal, seated)
     if top is not None:

@@ -151,6 +151,7 @@ def _finished(
         take.front,
         take.top,
         take.back,
+        take.table,
         take.posture,
         request.ground,
         request.free,

@@ -34,7 +34,8 @@ class PlannedTake:
     """A take before its rollout.
 
     posture: of the rest, as asked for or drawn. front, top: of its object, or None where it has none. back: of a seat,
-    if the body leans on it. unfolded: the path over stairs, on which the route lies; None without stairs.
+    if the body leans on it. table: places (2, 3) of the left and the right wrist on a table, over the floor. unfolded:
+    the path over stairs, on which the route lies; None without stairs.
     """
 
     request: Request
@@ -43,6 +44,7 @@ class PlannedTake:
     front: SeatFront | None = None
     top: RestingTop | None = None
     back: SeatBack | None = None
+    table: np.ndarray | None = None
     unfolded: Unfolded | None = None
 
     @property
@@ -111,7 +113,7 @@ def _posture(request: Request, net: MotionNet) -> tuple[str, ...]:
 
 def _plan(request: Request, points: np.ndarray | None, net: MotionNet) -> PlannedTake:
     """Plan one take. points: (N, 3) on the surface of its object, or None."""
-    goal, front, top, back = request.goal, None, None, None
+    goal, front, top, back, table = request.goal, None, None, None, None
     posture = _posture(request, net)
     if points is not None:
         floor = request.waypoints[-1][1] if len(request.waypoints) else request.start_position[1]
@@ -121,13 +123,15 @@ def _plan(request: Request, points: np.ndarray | None, net: MotionNet) -> Planne
             if "hands_on_table" not in posture:
                 most = leaning.MOST if "lean_back" in posture else leaning.UPRIGHT_MOST
                 back = SeatBack.of(points, goal, most)
+            elif (wrists := request.table()) is not None:
+                table = wrists - [0.0, floor, 0.0]
     unfolded = Unfolded.of(request.waypoints, request.flights) if len(request.flights) else None
     if unfolded is None:
         route = Route(request.start_position, request.waypoints, goal, request.action)
     else:
         start = request.start_position + unfolded.moved[0]
         route = Route(start, unfolded.points, goal, request.action)
-    return PlannedTake(request, route, posture, front, top, back, unfolded)
+    return PlannedTake(request, route, posture, front, top, back, table, unfolded)
 
 
 def _objects(takes: Sequence[PlannedTake], goal_grid: bool) -> tuple[np.ndarray, np.ndarray]:
