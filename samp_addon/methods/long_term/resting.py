@@ -33,8 +33,9 @@ STIR = 0.25
 STILLED = ("pelvis", *(f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle")))
 SOFT = 2.0
 """Frames over which raised heights are smoothed."""
-FASTEST = 0.47
-"""Metres per second of the pelvis near its rest: the median of captured bodies that rise, within 3 cm of it."""
+FASTEST = {"sit": 0.53, "lie": 0.47}
+"""Metres per second of the pelvis near its rest: about the median of captured bodies that rise (0.47 within 3 cm of
+it)."""
 SLOW = {"sit": (0.3, 0.75), "lie": (0.6, 0.9)}
 """Shares of the standing height over the rest up to which FASTEST holds in full, and from which it does not hold. A
 body that sits down as slowly from higher up squats in the air for more than a second."""
@@ -109,12 +110,13 @@ def paced(motion: Motion, begin: str, end: str) -> Motion:
     """
     if not {begin, end} & set(SEATED) or len(motion) < 3:
         return motion
-    near, free = SLOW["lie" if "lie" in (begin, end) else "sit"]
+    action = "lie" if "lie" in (begin, end) else "sit"
+    near, free = SLOW[action]
     height = motion.root[:, 1]
     over = (height - height.min()) / max(np.ptp(height), 1e-6)
     slow = np.clip((free - over) / (free - near), 0, 1)
     speed = np.linalg.norm(velocities(motion.root, motion.fps), axis=-1)
-    slower = 1 + slow * (np.maximum(speed / FASTEST, 1) - 1)
+    slower = 1 + slow * (np.maximum(speed / FASTEST[action], 1) - 1)
     slower = gaussian_filter1d(maximum_filter1d(slower, SPREAD, mode="nearest"), SIGMA, mode="nearest")
     times = np.concatenate([[0.0], np.cumsum((slower[1:] + slower[:-1]) / 2)])
     count = int(np.ceil(times[-1] - 1e-9)) + 1

@@ -33,8 +33,9 @@ ROUNDS, TRIED, KEPT = 4, 32, 6
 """Rounds of the cross-entropy method, bodies tried in each, and those kept for the next one."""
 EVERY = 4
 """Step through the 2,048 points of the skin."""
-SEAT = 0.22
-"""Metres around the pelvis, horizontally, in which skin rests on a seat."""
+SEAT, LOWEST = 0.22, 0.06
+"""Metres around the pelvis, horizontally, in which skin rests on a seat, and over its lowest point there: elbows on
+armrests carry nobody."""
 LEGS = ("hip", "knee", "ankle")
 ACROSS = np.array([1.0, 0.0, 0.0])
 
@@ -71,6 +72,8 @@ def fits(
     centres, radii = inner.at(motion).astype(np.float64), np.minimum(inner.radii, BAND)
     roots = np.array([figure.root for figure in figures])
     resting = np.linalg.norm((skin - roots[:, None])[..., [0, 2]], axis=-1) < SEAT
+    lowest = np.where(resting, skin[..., 1], np.inf).min(1, keepdims=True)
+    resting &= skin[..., 1] < lowest + LOWEST
     costs = np.empty((len(figures), len(lifts)))
     for column, lift in enumerate(lifts):
         distance, free = (_distances(points + [0.0, lift, 0.0], field, floor) for points in (skin, centres))
