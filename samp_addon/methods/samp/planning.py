@@ -103,7 +103,7 @@ class Planner:
             free=self._kept_clear(waypoints, goal) if narrow or self._cramped(goal) else None,
             posture=self._posture,
             posture_places=places,
-            table=partial(posture_places.table, self._around, goal),
+            table=lambda: posture_places.table(self._around, goal),
             flights=flights.find(waypoints, self.scene.geometry.triangles),
         )
 
