@@ -60,8 +60,8 @@ FOUND = Settings(clearance=0.036, blend=7, fastest=0.9, carries=True)
 LIFT_SIGMA = 1.5  # frames at 30 fps of the Gaussian over the lift of a labelled swing
 LIFT_FADES = 0.01  # metres of clearance below which that lift fades out
 HELD_TURN, MOST_TURN = np.radians(15), np.radians(35)
-"""Turns of a standing foot against its leg up to which it is held in full, and which it never exceeds: beyond, it
-pivots on its ball. Captured feet turn by 46 degrees against their shins at most (99.9 % of frames)."""
+"""Radians up to which the lock turns a standing foot in full, to keep its facing, and by which it turns it at most:
+beyond, the foot pivots on its ball. Captured feet turn by 46 degrees against their shins at most (99.9 % of frames)."""
 OFFSET_SIGMA = 0.75  # frames at 30 fps of the Gaussian over planned corrections
 
 

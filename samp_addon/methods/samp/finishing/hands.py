@@ -27,14 +27,12 @@ RISES = (-0.08, 0.20)  # metres from the pelvis up to the top of an armrest
 BEST = (0.27, 0.16)  # metres aside and ahead at which a wrist lies best
 LATTICE = 0.02
 WRIST = 0.035  # metres from the joint of a wrist to the skin below
-REACHED = (
-    0.82  # share of the length of an arm up to which it is stretched towards a table; the trunk does the rest
-)
-STOOP = np.radians(22.0)  # largest turn of the trunk towards a table
-FIRST_UP, THEN_AHEAD = (
-    0.6,
-    0.4,
-)  # shares of the time in which hands rise over the edge of a table, and lie down on it
+REACHED = 0.82
+"""Share of the length of an arm up to which it is stretched towards a table; the trunk does the rest."""
+STOOP = np.radians(22.0)
+"""Largest turn of the trunk towards a table."""
+FIRST_UP, THEN_AHEAD = 0.6, 0.4
+"""Share of the time in which hands rise over the edge of a table, and from which they move forward onto it."""
 
 
 def rested(
