@@ -16,6 +16,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 
 from ... import rotation, skeleton
 from ...easing import anticipate, smoothstep
+from ...frames import direction_yaw
 from ...motion import Motion
 from ..field import Ground
 from . import stances
@@ -159,8 +160,7 @@ def _held_facing(
 
     A body that turns on the spot would drag its heels around the balls of its feet. positions: (T, J, 3).
     """
-    along = (positions[:, foot.ball] - positions[:, foot.ankle])[:, [0, 2]]
-    facing = np.unwrap(np.arctan2(along[:, 0], along[:, 1]))
+    facing = np.unwrap(direction_yaw(positions[:, foot.ball] - positions[:, foot.ankle]))
     turn = np.zeros((len(facing), 1))
     for stance in found:
         own = facing[stance.first : stance.last]

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...evaluation.feet import smoothed_speeds
+from ...frames import direction_yaw
 from ..runs import runs
 
 SMOOTHED = 3  # frames over which the speed of a foot is averaged
@@ -69,7 +70,7 @@ def from_contacts(
     return [
         Stance(*span)
         for first, last in runs(contact & slow)
-        for span in _split(ball, first, last, radius=UNLOCK_RADIUS, free=free, shortest=3)
+        for span in _split(ball[:, [0, 2]], first, last, radius=UNLOCK_RADIUS, free=free, shortest=3)
     ]
 
 
@@ -93,19 +94,21 @@ def from_ground(
         start, stop = first + down[0], first + down[-1] + 1
         found += [
             part
-            for span in _split(ends[1], start, stop, radius=STEPPED, free=shortest, shortest=shortest)
+            for span in _split(
+                ends[1][:, [0, 2]], start, stop, radius=STEPPED, free=shortest, shortest=shortest
+            )
             for part in _split(pointing, *span, radius=TURNED, free=shortest, shortest=shortest)
         ]
     return [Stance(first, last, _flat_part(heights, first, last)) for first, last in found]
 
 
 def _pointing(along: np.ndarray) -> np.ndarray:
-    """Return the facings of a sole as places (T, 3) whose distances are turns in radians.
+    """Return the facings of a sole as places (T, 2) whose distances are turns in radians.
 
     along: (T, 3), from heel to ball.
     """
-    facing = np.unwrap(np.arctan2(along[:, 0], along[:, 2]))
-    return np.stack([facing, np.zeros_like(facing), np.zeros_like(facing)], axis=-1)
+    facing = np.unwrap(direction_yaw(along))
+    return np.stack([facing, np.zeros_like(facing)], axis=-1)
 
 
 def bridge(feet: Sequence[Sequence[Stance]], supported: np.ndarray, fps: float) -> list[list[Stance]]:
@@ -131,16 +134,15 @@ def bridge(feet: Sequence[Sequence[Stance]], supported: np.ndarray, fps: float) 
 
 
 def _split(
-    ball: np.ndarray, first: int, last: int, *, radius: float, free: int, shortest: int
+    places: np.ndarray, first: int, last: int, *, radius: float, free: int, shortest: int
 ) -> list[tuple[int, int]]:
-    """Split a stance (first, last) where its ball (T, 3) drifts farther than ``radius`` from its mean so far.
+    """Split a stance (first, last) where its places (T, 2) drift farther than ``radius`` from their mean so far.
 
     ``free`` frames before and after each split belong to no stance: there the foot moves from one to the next.
     """
     out = []
-    places = ball[first:last, [0, 2]].tolist()
     start, x, z = first, 0.0, 0.0  # sums since the start of the present stance
-    for t, place in enumerate(places, start=first):
+    for t, place in enumerate(places[first:last].tolist(), start=first):
         count = t - start
         if count > 0 and math.hypot(place[0] - x / count, place[1] - z / count) > radius:
             out.append((start, t - free))

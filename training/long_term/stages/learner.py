@@ -30,7 +30,7 @@ class Learner(ABC):
         self.name, self.data, self.batch, self.rate = name, data, batch, rate
         self.net = net.to(data.device).train()
         self.adam = torch.optim.Adam(self.net.parameters(), lr=rate)
-        self.average = {k: v.detach().clone() for k, v in self.net.state_dict().items()}
+        self._restart_average()
         self.step_number = 0
         self._sums: dict[str, torch.Tensor] = {}
         self._count = 0
@@ -78,6 +78,10 @@ class Learner(ABC):
         tensors = weights.load_weights(self.name, folder)
         full = {k: v.float() if v.is_floating_point() else v for k, v in tensors.items()}
         weights.fill(self.net, full, weights.weights_path(self.name, folder))
+        self._restart_average()
+
+    def _restart_average(self) -> None:
+        """Begin the running average with the network's present weights."""
         self.average = {k: v.detach().clone() for k, v in self.net.state_dict().items()}
 
     def resume(self, state: dict) -> None:

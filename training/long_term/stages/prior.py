@@ -27,7 +27,7 @@ class PriorLearner(Learner):
         super().begin_with(folder)
         self.net.begin_at_rest()
         self.net.encoder.requires_grad_(False)
-        self.average = {k: v.detach().clone() for k, v in self.net.state_dict().items()}
+        self._restart_average()
 
     def losses(self, done: float) -> dict[str, torch.Tensor]:
         data = self.data
