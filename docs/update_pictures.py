@@ -16,6 +16,7 @@ PICTURES = {
     "running": ("running", (240, 80, 1310, 860)),
     "refined": ("refined", (240, 80, 1310, 930)),
     "goals": ("goals_and_path", (240, 80, 1310, 930)),
+    "blocking": ("sub_goals", (240, 80, 1310, 930)),
     "place": ("place_seat", (240, 80, 1310, 930)),
 }
 COLOURS = 128

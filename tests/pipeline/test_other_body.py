@@ -12,8 +12,9 @@ from samp_blender.samp_addon.easing import smoothstep
 from samp_blender.samp_addon.methods.take import SubGoal, Take
 from samp_blender.samp_addon.motion import Goal, Motion
 from samp_blender.samp_addon.pipeline import other_body
+from samp_blender.samp_addon.refine.feet.foot import FEET
 from samp_blender.samp_addon.refine.inverse_kinematics import solve_limb
-from samp_blender.samp_addon.refine.proportions import hips
+from samp_blender.samp_addon.refine.proportions import heels, hips
 
 STANDS, ALL = 30, 90
 BODIES = (
@@ -76,6 +77,31 @@ def test_short_thighs_come_forward():
     made = other_body.fitted(take(), body)
     before, after = (hips.hips(t.motion.forward_kinematics()[0]) for t in (take(), made))
     assert 0.015 < (after - before)[-1, 2] < 0.06 and abs((after - before)[0, 2]) < 0.005
+
+
+def knees_below_hips(motion):
+    positions, _ = motion.forward_kinematics()
+    return hips.hips(positions)[-1, 1] - positions[-1, [foot.knee for foot in FEET], 1]
+
+
+@pytest.mark.parametrize("measures", BODIES[:2], ids=str)
+def test_heels_rise_where_shins_are_too_short_for_the_seat(measures):
+    body = human.load().shaped(body_shape.shapes(measures))
+    made = other_body.fitted(take(), body)
+    positions, _ = made.motion.forward_kinematics()
+    drop = knees_below_hips(take().motion) - knees_below_hips(made.motion)
+    assert (drop > 0.0).all() and (drop < 0.03).all()
+    for foot in FEET:
+        ankle, ball = positions[:, foot.ankle, 1], positions[:, foot.ball, 1]
+        assert 0.01 < ankle[-1] - ankle[0] < heels.MOST + 0.01
+        assert abs(ball[-1] - ball[0]) < 0.01
+
+
+def test_tall_bodies_keep_their_heels_down():
+    body = human.load().shaped(body_shape.shapes({"height": 1.95}))
+    positions, _ = other_body.fitted(take(), body).motion.forward_kinematics()
+    for foot in FEET:
+        assert abs(positions[-1, foot.ankle, 1] - positions[0, foot.ankle, 1]) < 0.01
 
 
 def test_a_take_of_the_body_stays_as_it_is():

@@ -30,7 +30,7 @@ SCROLL = 4
 WHEEL_UP, WHEEL_DOWN = 4, 5
 """Buttons of the mouse."""
 
-STEP = 9  # pixels between positions in the search for a button
+STEP = 15  # pixels between positions in the search for a button, less than its height
 TOOLS = ("Xvfb", "xdotool", "import")
 
 

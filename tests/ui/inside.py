@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -73,6 +74,13 @@ def sidebar_box() -> list[int]:
     """Return left, top, width and height of the sidebar in pixels of the window, from its top."""
     window, _, _, region = main_area()
     return [region.x, window.height - region.y - region.height, region.width, region.height]
+
+
+def in_view(operator: Callable[..., set], **values: object) -> list[str]:
+    """Run an operator as in the 3D view; return its result."""
+    window, area, region, _ = main_area()
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        return sorted(operator("EXEC_DEFAULT", **values))
 
 
 def place_of(point: tuple) -> list[int]:

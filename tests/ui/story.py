@@ -17,9 +17,10 @@ PATIENCE = 600.0  # seconds, for software GL on two busy cores
 
 def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield names and steps in order. home: folder for saved files."""
+    from blocking import Blocking
     from placing import Placing
 
-    session, placing = _Session(window, home), Placing(window)
+    session, placing, blocking = _Session(window, home), Placing(window), Blocking(window)
     yield "the room and the tab", session.open
     yield "create a character", session.create
     yield "click the sofa", session.pick
@@ -35,6 +36,10 @@ def story(window: Window, home: Path) -> Iterator[tuple[str, Callable[[], object
     yield "Place", placing.place
     yield "Esc leaves Place", placing.leave
     yield "a path drawn on the floor", placing.draw_path
+    yield "sub-goals", blocking.add
+    yield "another body, pinned", blocking.other_body
+    yield "a take through the sub-goals", blocking.bake
+    yield "clear the sub-goals", blocking.clear
     yield "the right-click menu", session.menu
     yield "save and open again", session.save
 

@@ -22,6 +22,7 @@ from ..feet.foot_lock import lock_to_plans
 from ..feet.plan import FootPlan, plan_feet
 from ..inverse_kinematics import solve_limb
 from ..runs import runs
+from . import heels
 from .footprints import Footprints
 from .hips import hips, seat_depth
 
@@ -78,17 +79,21 @@ class Carried:
 def carry(motion: Motion, build: Build, seat: float | None = None, knees: bool = False) -> Carried:
     """Return a take on another build.
 
-    seat: from the hips of the take's own body back to its skin, if known. knees: whether hips that rest move forward
-    where thighs are shorter, so that the knees are as far in front of the seat, and where the body is thicker.
+    seat: from the hips of the take's own body back to its skin, if known. knees: whether the knees of a body that rests
+    stay where they are over the seat: hips move forward where thighs are shorter, and where the body is thicker, and
+    heels rise where shins are shorter.
     """
     prints = Footprints.of(motion)
     plans = plan_feet(motion, prints)
     root = _root(motion, build, prints, seat)
     if knees:
-        root = root + _forward(motion, build, prints, seat)
+        rests = _rests(motion, prints)
+        root = root + rests[:, None] * _forward(motion, build, seat)
     body = replace(motion, root=root, rest_joints=build.joints)
     body = _follow_feet(body, motion, plans)
     planned = plan_feet(body, prints, known=plans)
+    if knees:
+        planned = heels.raised(planned, body, motion, rests)
     return Carried(
         lock_to_plans(body, planned, prints),
         np.stack([plan.ankle for plan in planned], axis=1),
@@ -135,7 +140,7 @@ def _root(motion: Motion, build: Build, prints: Footprints, seat: float | None) 
     return middle - rotation.rotate(globals_[:, 0], np.broadcast_to(hips(target), middle.shape))
 
 
-def _forward(motion: Motion, build: Build, prints: Footprints, seat: float | None) -> np.ndarray:
+def _forward(motion: Motion, build: Build, seat: float | None) -> np.ndarray:
     """Return by how much hips that rest move forward (T, 3), metres: as much as thighs are shorter and backs thicker.
 
     seat: see carry.
@@ -146,13 +151,18 @@ def _forward(motion: Motion, build: Build, prints: Footprints, seat: float | Non
     ]
     positions, _ = motion.forward_kinematics()
     middle = hips(positions)
-    over = middle[:, 1] - prints.height(len(motion))
-    tall = float(hips(motion.rest_joints)[1] - sole_height(motion.rest_joints))
-    share = hip_lift(over, _resting(motion, over / tall), np.ones(len(motion)), 0.0, tall)
     thighs = (positions[:, [foot.knee for foot in FEET]].mean(1) - middle) * [1.0, 0.0, 1.0]
     thicker = 0.0 if seat is None or build.seat is None else max(build.seat - seat, 0.0)
     ahead = thighs / np.maximum(np.linalg.norm(thighs, axis=-1, keepdims=True), 0.1)
-    return (1 - share)[:, None] * (max(1 - lengths[1] / lengths[0], 0.0) * thighs + thicker * ahead)
+    return max(1 - lengths[1] / lengths[0], 0.0) * thighs + thicker * ahead
+
+
+def _rests(motion: Motion, prints: Footprints) -> np.ndarray:
+    """Return the share (T,) with which a body rests: 1 on its seat, 0 while it stands, by the height of its hips."""
+    middle = hips(motion.forward_kinematics()[0])
+    over = middle[:, 1] - prints.height(len(motion))
+    tall = float(hips(motion.rest_joints)[1] - sole_height(motion.rest_joints))
+    return 1 - hip_lift(over, _resting(motion, over / tall), np.ones(len(motion)), 0.0, tall)
 
 
 def _resting(motion: Motion, over: np.ndarray) -> np.ndarray:
