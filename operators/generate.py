@@ -33,6 +33,9 @@ class SAMP_OT_generate(PickPoint, SettingsOperator, bpy.types.Operator):
 
         return job_from_settings.button_label(context)
 
+    def method_used(self, context: bpy.types.Context) -> str:
+        return context.scene.samp.method
+
     def job(self, context: bpy.types.Context) -> Job | Cast:
         from ..samp_addon.ui import job_from_settings
 

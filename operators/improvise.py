@@ -44,6 +44,9 @@ class SAMP_OT_improvise(OptionsOperator, bpy.types.Operator):
             return False
         return True
 
+    def method_used(self, context: bpy.types.Context) -> str:
+        return METHOD
+
     def job(self, context: bpy.types.Context) -> Job:
         from ..samp_addon.pipeline.job import Job
 

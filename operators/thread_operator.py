@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NoReturn
 import bpy
 
 from ..samp_addon.blender import running_work
+from ..samp_addon.methods import registry
 from . import outcome
 
 if TYPE_CHECKING:
@@ -56,6 +57,10 @@ class ThreadOperator:
         """Return the text of the button that was pressed."""
         return self.bl_label
 
+    def method_used(self, context: bpy.types.Context) -> str:
+        """Return the name of the method whose networks are loaded before the work begins."""
+        return registry.DEFAULT
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self.finished(self.run_now(context)))
 
@@ -71,7 +76,7 @@ class ThreadOperator:
     def _begin(self, context: bpy.types.Context, handled: bool = False) -> str:
         from ..samp_addon.blender.takes import loading
 
-        self._run = loading.begin()
+        self._run = loading.begin(self.method_used(context))
         self._loading = not self._run.wait(QUICK)
         if not self._loading:
             self._start(context)

@@ -20,7 +20,7 @@ def grasped(
     """Return a hand on a target with fingers that hold it, and how many of them touch it.
 
     An empty stands for its parent, such as a cup. begin: the scene's frame in which the motion begins. Raise SampError
-    where the target has no surface.
+    where the target has no surface, or is hidden.
     """
     frame = int(np.flatnonzero(made.contact.weight >= made.contact.weight.max())[0])
     thing = target.parent if target.type == "EMPTY" and target.parent is not None else target
@@ -29,8 +29,6 @@ def grasped(
         try:
             surface = read_scene.read_target(context, thing).triangles
         except SampError as error:
-            raise SampError(
-                f"'{target.name}' has no surface for the fingers; turn off Grasp, or choose the object that is held."
-            ) from error
+            raise SampError(f"{str(error).rstrip('.')}, or turn off Grasp.") from error
     motion, touching = grasp(made.motion, made.contact, surface, frame)
     return replace(made, motion=motion), touching
