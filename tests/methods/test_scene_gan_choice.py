@@ -67,6 +67,14 @@ def test_how_far_bodies_go(speed, share, far):
     assert liveliness.wanted(speed, share) == pytest.approx(far, abs=0.01)
 
 
+def standing(feet, head=1.5):
+    """Return the joints (T, 22, 3) of a body with its feet at (T, 2, 3), and its head at a height."""
+    joints = np.zeros((len(feet), 22, 3))
+    joints[:, liveliness.BALLS] = feet
+    joints[:, [liveliness.PELVIS, liveliness.HEAD_JOINT], 1] = 0.9, head
+    return joints
+
+
 def test_draws_that_step_are_more_like_captured_ones():
     """Of three windows that go a metre, one slides on both feet; the last one goes half a metre."""
     time = np.linspace(0, 1, 65)
@@ -75,5 +83,16 @@ def test_draws_that_step_are_more_like_captured_ones():
     first, second = np.clip(2 * time, 0, 1), np.clip(2 * time - 1, 0, 1)
     steps = np.stack([first, second], 1)[..., None] * ahead
     slides = np.stack([time, time], 1)[..., None] * ahead
-    found = liveliness.unlike(np.stack([steps, slides, 0.5 * steps]), roots, 1.0)
+    found = liveliness.unlike(np.stack([standing(f) for f in (steps, slides, 0.5 * steps)]), roots, 1.0)
     np.testing.assert_allclose(found, [0.0, 1.0 - liveliness.SLIDES, 0.5], atol=0.02)
+
+
+@pytest.mark.parametrize(
+    "head, pelvis, cost", [(1.5, 0.9, 0.0), (1.31, 0.85, 0.1 * liveliness.STOOPS), (1.0, 0.5, 0.0)]
+)
+def test_bodies_that_stoop_are_less_like_captured_ones(head, pelvis, cost):
+    """A body that sits has a low head, too, and does not stoop."""
+    joints = standing(np.zeros((65, 2, 3)), head)
+    joints[:, liveliness.PELVIS, 1] = pelvis
+    found = liveliness.unlike(joints[None], np.zeros((1, 65, 3)), 0.0)
+    np.testing.assert_allclose(found, [cost], atol=1e-9)

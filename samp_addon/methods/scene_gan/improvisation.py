@@ -24,8 +24,6 @@ OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
 EASED = 10
 """Frames over which a window turns from the motion before it to what the network generated."""
-FEET = (10, 11)
-"""Joints of the balls of both feet, by which sliding is measured."""
 SHORTEST = 8
 """Least number of frames by which a window makes the take longer; a shorter one is drawn again."""
 MARGIN = 4
@@ -113,7 +111,7 @@ class Improviser:
         roots, quats = self.frame.to_scene(motions)
         speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
         far = liveliness.wanted(speed, float(torch.rand(1, generator=random)))
-        unlike = liveliness.unlike(motions.joints[:, :, FEET].double().numpy(), roots, far)
+        unlike = liveliness.unlike(motions.joints.double().numpy(), roots, far)
         best, least, judged = None, (np.inf, np.inf), 0
         for number in np.argsort(unlike):
             way, turned = continued(roots[number], quats[number], root, rotations)

@@ -7,6 +7,7 @@ import torch
 
 from ....samp_addon.evaluation import collision, feet, metrics
 from ....samp_addon.evaluation.obstacles import Obstacles
+from ....samp_addon.methods.scene_gan import liveliness
 from ....samp_addon.methods.scene_gan.ground import Ground
 from ....samp_addon.methods.scene_gan.improvisation import OVERLAP, WINDOW
 from ....samp_addon.methods.take import Take
@@ -33,6 +34,7 @@ def of_take(take: Take, view: CameraView, ground: Ground, obstacles: Obstacles) 
         "way_m": float(np.linalg.norm((motion.root[-1] - motion.root[0])[[0, 2]])),
         "remarks": len(take.remarks),
         "on_navmesh": float(ground.fits(motion.root, floor).mean() >= 1 - TOLERATED),
+        "stooping_share": float((liveliness.stooping(motion.forward_kinematics()[0]) > 0).mean()),
         "seated_share": float((~ground.upright(motion.root)).mean()),
         "deeper_than_2cm": float((deepest > 0.02).mean()), "deeper_than_5cm": float((deepest > 0.05).mean()),
         "points_inside": points_inside(compared, view, floor),
