@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NoReturn
 import bpy
 
 from ..samp_addon.blender import running_work
-from ..samp_addon.methods import registry
 from . import outcome
 
 if TYPE_CHECKING:
@@ -57,9 +56,9 @@ class ThreadOperator:
         """Return the text of the button that was pressed."""
         return self.bl_label
 
-    def method_used(self, context: bpy.types.Context) -> str:
-        """Return the name of the method whose networks are loaded before the work begins."""
-        return registry.DEFAULT
+    def method_used(self, context: bpy.types.Context) -> str | None:
+        """Return the name of the method whose networks are loaded before the work begins; None: those of the default."""
+        return None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         return outcome.run(self, lambda: self.finished(self.run_now(context)))

@@ -14,8 +14,8 @@ _loading = threading.Lock()
 """Held by the thread that loads: a button pressed meanwhile waits for it, and does not read the same weights again."""
 
 
-def begin(method: str = registry.DEFAULT) -> ThreadRun:
-    """Start a thread that loads a method's networks.
+def begin(method: str | None = None) -> ThreadRun:
+    """Start a thread that loads a method's networks, or those of the default method.
 
     Missing packages and damaged files are not reported here: the work that needs them does so.
     """
@@ -26,6 +26,6 @@ def begin(method: str = registry.DEFAULT) -> ThreadRun:
             from ..actions import refine_action  # noqa: F401
             from . import baking  # noqa: F401
 
-            registry.find(method).load()
+            registry.find(method or registry.DEFAULT).load()
 
     return ThreadRun(work, lambda context, nothing: one_slice(lambda: None))
