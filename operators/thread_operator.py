@@ -57,7 +57,7 @@ class ThreadOperator:
         return self.bl_label
 
     def method_used(self, context: bpy.types.Context) -> str | None:
-        """Return the name of the method whose networks are loaded before the work begins; None: those of the default."""
+        """Return the name of the method whose networks are loaded first, or None for the default method."""
         return None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
