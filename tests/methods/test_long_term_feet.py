@@ -124,6 +124,23 @@ def test_feet_stand_in_front_of_the_seat_before_the_body_sits(begin, end):
     assert abs(late[0] - late[1]) >= 2  # one foot after the other
 
 
+def risen(hangs):
+    """Return the way (T,) of a pelvis to a seat from which feet hang, and by how much both balls rise (T, 2) on it."""
+    root = descent() * [1.0, 0.0, 1.0] + [0.0, STANDS, 0.0]
+    root[:, 1] += np.interp(root[:, 2], [0.0, 0.05], [hangs, 0.0])  # the whole body is higher in the end
+    motion = moving(root)
+    ball = lambda one: one.forward_kinematics()[0][:, [foot.ball for foot in FEET], 1]
+    return root[:, 2], ball(resting.planted(motion, "walk", "sit")) - ball(motion)
+
+
+def test_feet_that_hang_from_a_high_seat_rise_before_the_thighs_are_over_it():
+    away, high = risen(0.2)
+    _, low = risen(0.05)
+    more = high - low
+    assert (more[(away > 0.06) & (away < 0.2)] > 0.1).all() and np.abs(more[away > 0.5]).max() < 0.01
+    np.testing.assert_allclose(high[[0, -1]], 0.0, atol=1e-6)
+
+
 def test_a_resting_body_hardly_moves_what_lies_on_its_seat():
     motion = moving(np.linspace([0, SITS, 0], [0, SITS - 0.08, 0.04], FRAMES))
     rotations = motion.rotations.copy()

@@ -28,6 +28,11 @@ PLANTED = (0.60, 0.45)
 where they stand while the body sits."""
 STEP = 9
 """Frames of the step of a foot to that place."""
+HANGS = 0.08
+"""Metres over the lowest place of a foot from which it hangs when the body sits."""
+HUNG = (0.45, 0.17)
+"""Horizontal distances of the pelvis from its seated place, metres, between which hanging feet rise: with legs that
+still stand when the pelvis is over the front edge of a bar stool, the edge is in the thighs."""
 STIR = 0.25
 """Share of the motion of pelvis and legs that a resting body keeps; more would move them into the seat."""
 STILLED = ("pelvis", *(f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle")))
@@ -85,8 +90,23 @@ def planted(motion: Motion, begin: str, end: str) -> Motion:
         offset, standing = np.zeros((count, 3)), np.arange(count) >= first
         offset[first:, [0, 2]] = (joints[-1, foot.ball] - joints[first:, foot.ball])[:, [0, 2]]
         offset = spread(offset, [Stance(first, count)], STEP - 1)
+        offset[:, 1] = _hung(joints[:, foot.ball, 1], away)
         made.append(Correction(foot, offset, standing))
     return apply(motion, made, lambda tips: np.full(count, -np.inf), 0.0)
+
+
+def _hung(heights: np.ndarray, away: np.ndarray) -> np.ndarray:
+    """Return by how much a foot rises (T,) that hangs while the body sits on a high seat: as the pelvis gets over it.
+
+    heights: (T,) of its ball. away: (T,) horizontal distances of the pelvis from its seated place. All in metres.
+    """
+    hangs = heights[-1] - heights.min()
+    if hangs < HANGS:
+        return np.zeros_like(heights)
+    least = heights.min() + hangs * np.clip((HUNG[0] - away) / (HUNG[0] - HUNG[1]), 0, 1)
+    lift = gaussian_filter1d(np.maximum(least - heights, 0.0), SOFT, mode="nearest")
+    lift[[0, -1]] = 0.0
+    return lift
 
 
 def backwards(motion: Motion) -> Motion:
