@@ -61,6 +61,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
     _hit = None
     _pressed = None
     _turned = None
+    _adding = False
     _added = 0
     _line = None
     _path = ()
@@ -236,6 +237,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         if event.value == "PRESS":
             self._look(context, event)
             self._pressed, self._turned = (event.mouse_x, event.mouse_y), None
+            self._adding = event.shift
             return {"RUNNING_MODAL"}
         if event.value != "RELEASE" or self._pressed is None:
             return {"RUNNING_MODAL"}
@@ -243,7 +245,7 @@ class SAMP_OT_place(JobOperator, bpy.types.Operator):
         if spot is None or not spot.fits:
             self.report({"WARNING"}, "There is nothing here." if spot is None else spot.reason)
             return {"RUNNING_MODAL"}
-        if event.shift:
+        if self._adding or event.shift:  # Shift may be let go of before the button is
             self.report({"INFO"}, self._add(context, spot))
             self._added += 1
             return {"RUNNING_MODAL"}

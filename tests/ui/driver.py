@@ -103,8 +103,9 @@ class Window:
         """Click at a position with Shift held."""
         self.move(x, y)
         time.sleep(0.3)
-        subprocess.run(["xdotool", "keydown", "shift", "click", "1", "keyup", "shift"], check=True)
+        subprocess.run(["xdotool", "keydown", "shift", "sleep", "0.2", "click", "1"], check=True)
         time.sleep(0.4)
+        subprocess.run(["xdotool", "keyup", "shift"], check=True)
 
     def drag(self, places: list[tuple[int, int]]) -> None:
         """Move the mouse with its button down from place to place, in small steps."""
