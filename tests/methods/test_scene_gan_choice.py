@@ -5,7 +5,7 @@ import pytest
 import scene_gan_room
 from samp_blender.samp_addon.body import balls, human
 from samp_blender.samp_addon.body.balls import Track
-from samp_blender.samp_addon.methods.scene_gan import liveliness
+from samp_blender.samp_addon.methods.scene_gan import improvisation, liveliness
 from samp_blender.samp_addon.methods.scene_gan.judging import Judge
 from samp_blender.samp_addon.motion import Motion
 from scene_gan_room import STANDING
@@ -61,7 +61,8 @@ def test_no_take_begins_where_another_body_stands(ground):
 
 
 @pytest.mark.parametrize(
-    "speed, share, far", [(0.0, 0.5, 0.16), (0.0, 0.9, 1.15), (0.1, 0.1, 0.02), (2.0, 0.75, 1.69)]
+    "speed, share, far",
+    [(0.0, 0.5, 0.16), (0.0, 0.9, 1.15), (0.1, 0.1, 0.02), (2.0, 0.75, 1.69), (None, 0.5, 0.62)],
 )
 def test_how_far_bodies_go(speed, share, far):
     assert liveliness.wanted(speed, share) == pytest.approx(far, abs=0.01)
@@ -96,3 +97,18 @@ def test_bodies_that_stoop_are_less_like_captured_ones(head, pelvis, cost):
     joints[:, liveliness.PELVIS, 1] = pelvis
     found = liveliness.unlike(joints[None], np.zeros((1, 65, 3)), 0.0)
     np.testing.assert_allclose(found, [cost], atol=1e-9)
+
+
+def test_successive_seeds_begin_with_different_ways():
+    """One of them hardly moves, one walks."""
+    some = improvisation.Improviser(None, None, None, None)
+    ways = [some._far(np.zeros((2, 3)), 0, None, seed) for seed in range(4)]
+    assert min(ways) < 0.1 and max(ways) > 1.2 and min(abs(np.diff(sorted(ways)))) > 0.1
+
+
+def test_a_pose_that_goes_on_has_no_jolt():
+    root = np.array([[0.0, 0.95, 0.0], [0.0, 0.95, 0.02]])
+    turns = np.zeros((2, 22, 4))
+    turns[..., 0] = 1
+    after = np.array([[0.0, 0.95, 0.04], [0.0, 0.95, 0.01]])
+    np.testing.assert_allclose(improvisation.jolt(root, turns, after, turns), [0.0, 0.03], atol=1e-9)

@@ -13,6 +13,8 @@ from ....models.scene_gan.networks import SceneGan
 from ... import rotation
 from ...easing import smoothstep
 from ...errors import SampError
+from ...motion import Motion
+from ...skeleton import BODY_COUNT
 from ...torch_threads import single_thread
 from . import liveliness
 from .frame import ViewFrame
@@ -24,13 +26,19 @@ OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
 EASED = 10
 """Frames over which a window turns from the motion before it to what the network generated."""
+CHOICE = 3
+"""Windows that the networks draw for each one that may be judged: with few of them, none sets off from standing."""
+GOLDEN = (5**0.5 - 1) / 2
+"""Step between the shares of successive seeds; its multiples fill the range from 0 to 1 evenly."""
+JOLTS = 30.0
+"""Metres of difference in the distance covered that a metre of `jolt` weighs."""
 SHORTEST = 8
 """Least number of frames by which a window makes the take longer; a shorter one is drawn again."""
 MARGIN = 4
 """Frames between the end of a cut window and the first one that cannot be followed."""
 MOST_BACK = 6
 """How often the last window of a take is removed and drawn again before the take is given up."""
-PRESSED = 0.01
+PRESSED = 0.004
 """Metres of a window's bodies in furniture, on average, up to which no better draw is looked for."""
 
 
@@ -64,9 +72,9 @@ class Improviser:
     ) -> Improvised:  # fmt: skip
         """Return ``frames`` frames that go on from two frames, root (2, 3) and rotations (2, 22, 4).
 
-        The first one returned is the second of these. draws: most draws of each window. A window is cut where it
-        cannot be followed further; where that leaves too little, the one before it is drawn again. Raises SampError
-        where that has been done MOST_BACK times.
+        The first one returned is the second of these. draws: most windows that are judged for each one. A window is cut
+        where it cannot be followed further; where that leaves too little, the one before it is drawn again. Raises
+        SampError where that has been done MOST_BACK times.
         """
         random = torch.Generator().manual_seed(seed)
         used = windows = back = 0
@@ -76,7 +84,7 @@ class Improviser:
                 progress((len(root) - begun) / frames)
                 at = max(len(root) - 1 - OVERLAP, begun)
                 made, quats, count = self._window(
-                    root[at - 1 : at + 1], rotations[at - 1 : at + 1], at - begun, draws, random
+                    root[at - 1 : at + 1], rotations[at - 1 : at + 1], at - begun, draws, random, seed
                 )
                 used, windows = used + count, windows + 1
                 if at + len(made) < len(root) + SHORTEST:
@@ -94,26 +102,32 @@ class Improviser:
         return Improvised(root[begun:last], rotation.continuous(rotations[begun:last]), used, windows)
 
     def _window(
-        self, root: np.ndarray, rotations: np.ndarray, first: int, draws: int, random: torch.Generator
+        self,
+        root: np.ndarray,
+        rotations: np.ndarray,
+        first: int,
+        draws: int,
+        random: torch.Generator,
+        seed: int,
     ) -> tuple[np.ndarray, np.ndarray, int]:
         """Return the window that can be followed for the longest time, cut there: root (T, 3), rotations (T, 22, 4),
         and how many of ``draws`` were judged.
 
         root: (2, 3), rotations: (2, 22, 4) of the frames that the window goes on from. first: number, in the take, of
-        the second of these. The draws most like captured motion, see liveliness.py, are judged first, until one can be
-        followed to its end out of furniture.
+        the second of these. The networks draw CHOICE times as many windows. Those most like captured motion, see
+        liveliness.py, are judged first, until one can be followed to its end out of furniture.
         """
         ground = self.judge.ground
         floor = float(ground.floor(root[1:] - [0.0, ground.standing, 0.0])[0])
-        start = self.frame.start(root, rotations, floor, self.rest, draws)
-        scene = self._scene(root[1]).expand(draws, -1)
+        start = self.frame.start(root, rotations, floor, self.rest, CHOICE * draws)
+        scene = self._scene(root[1]).expand(CHOICE * draws, -1)
         motions = self.networks.draw(scene, start, random)
         roots, quats = self.frame.to_scene(motions)
-        speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
-        far = liveliness.wanted(speed, float(torch.rand(1, generator=random)))
+        far = self._far(root, first, random, seed)
         unlike = liveliness.unlike(motions.joints.double().numpy(), roots, far)
+        unlike += JOLTS * jolt(root, rotations, roots[:, 1], quats[:, 1])
         best, least, judged = None, (np.inf, np.inf), 0
-        for number in np.argsort(unlike):
+        for number in np.argsort(unlike)[:draws]:
             way, turned = continued(roots[number], quats[number], root, rotations)
             verdict = self.judge.of(way, turned, floor, first)
             judged += 1
@@ -126,6 +140,16 @@ class Improviser:
         end = kept + 1 if kept == WINDOW else max(kept - MARGIN, 0) + 1
         return best[0][:end], best[1][:end], judged
 
+    def _far(self, root: np.ndarray, first: int, random: torch.Generator, seed: int) -> float:
+        """Return how far the body should go in a window; arguments as for `_window`.
+
+        Successive seeds begin a take with ways that are spread evenly over those of captured bodies.
+        """
+        if not first:
+            return liveliness.wanted(None, seed * GOLDEN % 1.0)
+        speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
+        return liveliness.wanted(speed, float(torch.rand(1, generator=random)))
+
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""
         kind = self.networks.settings.view
@@ -135,6 +159,16 @@ class Improviser:
         at = torch.as_tensor(place[None, [0, 2]], dtype=torch.float32)
         yaw = torch.tensor([self.frame.yaw], dtype=torch.float32)
         return self.networks.encoder(height_map.around(grids, corner, cell, at, yaw))
+
+
+def jolt(root: np.ndarray, rotations: np.ndarray, roots: np.ndarray, quats: np.ndarray) -> np.ndarray:
+    """Return how far the joints of poses (B, 3), (B, 22, 4) are, on average, from where the motion before leads (B,).
+
+    root: (2, 3), rotations: (2, 22, 4) of the two frames before. Metres.
+    """
+    joints = lambda place, turns: Motion(place, turns).forward_kinematics()[0][:, :BODY_COUNT]
+    before = joints(root, rotations)
+    return np.linalg.norm(joints(roots, quats) - (2 * before[1] - before[0]), axis=-1).mean(-1)
 
 
 def continued(

@@ -20,6 +20,8 @@ WAYS = (
 )
 """Distances that the pelvis covers in a window's 64 frames, metres: a row for each class of starts, in the order of
 SPEEDS. Printed by training/scene_gan/tables/ways.py."""
+ANY_WAY = (0.00, 0.05, 0.19, 0.62, 0.95, 1.26, 1.52, 1.80, 2.26)
+"""The same for all starts together."""
 
 SLIDES = 0.3
 """Metres that the slower foot moves for each metre of the pelvis, up to which sliding costs nothing; captured: 0.14."""
@@ -35,10 +37,13 @@ PELVIS, BALLS, HEAD_JOINT = 0, (10, 11), 15
 """Joints: pelvis, balls of the feet, head."""
 
 
-def wanted(speed: float, share: float) -> float:
-    """Return the distance, metres, that a share of captured bodies do not exceed. speed: of the pelvis at the start,
-    metres per second."""
-    row = WAYS[int(np.searchsorted(SPEEDS, speed, side="right"))]
+def wanted(speed: float | None, share: float) -> float:
+    """Return the distance, metres, that a share of captured bodies do not exceed.
+
+    speed: of the pelvis at the start, metres per second. None where a take begins: it begins in any moment of what
+    people do, although its first pose stands. With the distances of standing starts, most takes would stand for long.
+    """
+    row = ANY_WAY if speed is None else WAYS[int(np.searchsorted(SPEEDS, speed, side="right"))]
     return float(np.interp(share, SHARES, row))
 
 
