@@ -123,7 +123,8 @@ class Synthesis:
             networks.noises(rng, self.scale), (place.action == "sit", stop.action == "sit"),
         )  # fmt: skip
         motion = self.networks.cross(crossing, self._cloud(figure, target, rng))
-        motion = resting.paced(resting.planted(motion, place.action, stop.action), place.action, stop.action)
+        for change in (resting.planted, resting.paced, resting.hastened):
+            motion = change(motion, place.action, stop.action)
         made.add(motion, place.action, stop.action, self.floors(motion, figure.level, target.level))
         return target
 

@@ -16,7 +16,7 @@ from ...errors import SampError
 from ...motion import Motion
 from ...skeleton import BODY_COUNT
 from ...torch_threads import single_thread
-from . import liveliness
+from . import liveliness, placing
 from .frame import ViewFrame
 from .judging import Judge
 
@@ -32,6 +32,9 @@ GOLDEN = (5**0.5 - 1) / 2
 """Step between the shares of successive seeds; its multiples fill the range from 0 to 1 evenly."""
 JOLTS = 30.0
 """Metres of difference in the distance covered that a metre of `jolt` weighs."""
+UNSEEN, SEEN_EVERY = 1.0, 8
+"""Metres of difference in the distance covered that a window out of the picture weighs, and the step, in frames,
+between those in which it is looked for."""
 SHORTEST = 8
 """Least number of frames by which a window makes the take longer; a shorter one is drawn again."""
 MARGIN = 4
@@ -125,7 +128,9 @@ class Improviser:
         roots, quats = self.frame.to_scene(motions)
         far = self._far(root, first, random, seed)
         unlike = liveliness.unlike(motions.joints.double().numpy(), roots, far)
-        unlike += JOLTS * jolt(root, rotations, roots[:, 1], quats[:, 1])
+        unlike += JOLTS * jolt(root, rotations, roots[:, 1], quats[:, 1]) + UNSEEN * self._unseen(
+            roots, floor
+        )
         best, least, judged = None, (np.inf, np.inf), 0
         for number in np.argsort(unlike)[:draws]:
             way, turned = continued(roots[number], quats[number], root, rotations)
@@ -149,6 +154,14 @@ class Improviser:
             return liveliness.wanted(None, seed * GOLDEN % 1.0)
         speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
         return liveliness.wanted(speed, float(torch.rand(1, generator=random)))
+
+    def _unseen(self, roots: np.ndarray, floor: float) -> np.ndarray:
+        """Return the share (B,) of each window, pelvis (B, 65, 3), in which the body is out of the picture."""
+        if self.frame.view is None:
+            return np.zeros(len(roots))
+        places = roots[:, ::SEEN_EVERY] * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
+        seen = placing.in_view(self.frame.view, places.reshape(-1, 3))
+        return 1 - seen.reshape(places.shape[:2]).mean(-1)
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""
