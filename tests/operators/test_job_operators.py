@@ -12,6 +12,7 @@ import fakes
 import numpy as np
 import pytest
 import rooms
+from samp_blender.operators.generate import SAMP_OT_generate
 from samp_blender.samp_addon.blender import running_work, thread_run
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
@@ -263,9 +264,13 @@ def test_escape_cancels_and_cleans_up(start, monkeypatch):
 def test_networks_are_loaded_in_a_thread(start, monkeypatch, ends):
     """The scene is read after loading, and its errors are reported then."""
     monkeypatch.setattr(networks, "trained", lambda: fakes.NETWORKS)
-    monkeypatch.setattr(
-        loading, "begin", lambda: ThreadRun(lambda progress: time.sleep(0.3), thread_run.one_slice)
-    )
+    asked = []
+
+    def begin(method):
+        asked.append(method)
+        return ThreadRun(lambda progress: time.sleep(0.3), thread_run.one_slice)
+
+    monkeypatch.setattr(loading, "begin", begin)
     operator, screen = pressed(Job(action="sit", target="Nothing" if ends == "failed" else "Sofa"))
     assert operator._ghost is None and operator.modal(screen, SimpleNamespace(type="TIMER")) == {
         "PASS_THROUGH"
@@ -276,8 +281,15 @@ def test_networks_are_loaded_in_a_thread(start, monkeypatch, ends):
         outcome, _ = written(operator, screen, lambda outcome: outcome in ({"FINISHED"}, {"CANCELLED"}))
         assert outcome == ({"CANCELLED"} if ends == "failed" else {"FINISHED"})
         assert ("Nothing" in operator.reports[0][1]) == (ends == "failed")
+    assert asked == [operator.method_used(screen)]
     assert len(bpy.data.actions) == (ends == "done")
     assert (screen.timers, screen.status, running_work.current()) == ([], None, None)
+
+
+@pytest.mark.parametrize("method", ["samp", "long_term"])
+def test_the_networks_of_the_chosen_method_are_loaded(method):
+    bpy.context.scene.samp.method = method
+    assert SAMP_OT_generate.method_used(SimpleNamespace(), bpy.context) == method
 
 
 MANY = Job(action="sit", target="Sofa", seed=4, variants=8)
