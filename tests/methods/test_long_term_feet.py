@@ -177,6 +177,29 @@ def test_the_pace_over_a_seat(begin, end, seconds, slower):
         assert speed[over < 0.5].max() < 1.1 * resting.FASTEST["sit"]
 
 
+@pytest.mark.parametrize(
+    ("begin", "end", "seconds", "faster"),
+    [
+        ("walk", "sit", 2, True),
+        ("sit", "walk", 2, True),
+        ("walk", "sit", 0.5, False),
+        ("walk", "lie", 2, False),
+        ("sit", "sit", 2, False),
+    ],
+)
+def test_a_body_does_not_squat_for_long(begin, end, seconds, faster):
+    share = np.linspace(0, 1, round(30 * seconds) + 1)
+    root = np.column_stack([0 * share, STANDS + share * (SITS - STANDS), 0 * share])
+    motion = moving(root[::-1] if begin == "sit" else root)
+    made = resting.hastened(motion, begin, end)
+    np.testing.assert_allclose(made.root[[0, -1]], motion.root[[0, -1]], atol=1e-9)
+    between = lambda one: ((one.root[:, 1] > SITS + 0.12) & (one.root[:, 1] < STANDS - 0.12)).sum()
+    if faster:
+        assert between(made) <= resting.LONGEST < between(motion)
+    else:
+        assert len(made) == len(motion)
+
+
 def test_nobody_goes_from_seat_to_seat_without_rising():
     mesh = navmesh.build(rooms.box(*STEPPED[0]))
     line = np.array([[0.0, 0, 0], [0.0, 0, 0.4], [0.9, 0, 0.4], [0.9, 0, 0.0]])

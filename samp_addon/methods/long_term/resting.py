@@ -135,10 +135,10 @@ def hastened(motion: Motion, begin: str, end: str) -> Motion:
     The lengths of windows follow from distances, so that a body that comes from far sits down slowly, and squats in the
     air. begin, end: actions at the ends of the window.
     """
-    if (begin in SEATED) == (end in SEATED) or len(motion) < 3:
+    if (begin == "sit") == (end == "sit") or "lie" in (begin, end) or len(motion) < 3:
         return motion
     height = motion.root[:, 1]
-    rest, stands = (height[0], height[-1]) if begin in SEATED else (height[-1], height[0])
+    rest, stands = (height[0], height[-1]) if begin == "sit" else (height[-1], height[0])
     between = (height > rest + OVER_REST) & (height < rest + BENT * (stands - rest))
     pace = np.where(between, min(LONGEST / max(between.sum(), 1), 1.0), 1.0)
     pace = gaussian_filter1d(pace, SIGMA, mode="nearest")
