@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scene_gan_room
+import torch
 from samp_blender.samp_addon.body import balls, human
 from samp_blender.samp_addon.body.balls import Track
 from samp_blender.samp_addon.methods.scene_gan import improvisation, liveliness
@@ -101,9 +102,12 @@ def test_bodies_that_stoop_are_less_like_captured_ones(head, pelvis, cost):
 
 def test_successive_seeds_begin_with_different_ways():
     """One of them hardly moves, one walks."""
-    some = improvisation.Improviser(None, None, None, None)
+    some = improvisation.Improviser(None, None, Judge(None), None)
     ways = [some._far(np.zeros((2, 3)), 0, None, seed) for seed in range(4)]
     assert min(ways) < 0.1 and max(ways) > 1.2 and min(abs(np.diff(sorted(ways)))) > 0.1
+    walking = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.04]])  # of a step after another one: it goes on
+    random = torch.Generator().manual_seed(0)
+    assert some._far(walking, 0, random, 0) > 0.3
 
 
 def test_a_pose_that_goes_on_has_no_jolt():

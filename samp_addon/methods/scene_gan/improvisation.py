@@ -148,11 +148,12 @@ class Improviser:
     def _far(self, root: np.ndarray, first: int, random: torch.Generator, seed: int) -> float:
         """Return how far the body should go in a window; arguments as for `_window`.
 
-        Successive seeds begin a take with ways that are spread evenly over those of captured bodies.
+        Successive seeds begin a take that begins standing with ways that are spread evenly over those of captured
+        bodies.
         """
-        if not first:
-            return liveliness.wanted(None, seed * GOLDEN % 1.0)
         speed = self.judge.fps * float(np.linalg.norm((root[1] - root[0])[[0, 2]]))
+        if not first and speed < liveliness.SPEEDS[0]:
+            return liveliness.wanted(None, seed * GOLDEN % 1.0)
         return liveliness.wanted(speed, float(torch.rand(1, generator=random)))
 
     def _unseen(self, roots: np.ndarray, floor: float) -> np.ndarray:
