@@ -46,6 +46,13 @@ def descent():
     return np.column_stack([0 * share, STANDS + share * (SITS - STANDS), 0.6 * (1 - share)])
 
 
+def sinking(seconds, rises=False):
+    """Return a body of straight legs whose pelvis sinks straight to its seat, or rises from it, in some seconds."""
+    share = np.linspace(0, 1, round(30 * seconds) + 1)
+    root = np.column_stack([0 * share, STANDS + share * (SITS - STANDS), 0 * share])
+    return moving(root[::-1] if rises else root)
+
+
 def test_contacts_of_standing_and_lifted_feet():
     root, floor = np.tile([0.0, STANDS, 0.0], (40, 1)), np.zeros(40)
     still = acting(moving(root), "idle")
@@ -165,9 +172,7 @@ def test_a_resting_body_hardly_moves_what_lies_on_its_seat():
     ],
 )
 def test_the_pace_over_a_seat(begin, end, seconds, slower):
-    share = np.linspace(0, 1, round(30 * seconds) + 1)
-    root = np.column_stack([0 * share, STANDS + share * (SITS - STANDS), 0 * share])
-    motion = moving(root if end == "sit" else root[::-1])
+    motion = sinking(seconds, rises=end != "sit")
     made = resting.paced(motion, begin, end)
     np.testing.assert_allclose(made.root[[0, -1]], motion.root[[0, -1]], atol=1e-9)
     assert (len(made) > len(motion)) == slower
@@ -188,9 +193,7 @@ def test_the_pace_over_a_seat(begin, end, seconds, slower):
     ],
 )
 def test_a_body_does_not_squat_for_long(begin, end, seconds, faster):
-    share = np.linspace(0, 1, round(30 * seconds) + 1)
-    root = np.column_stack([0 * share, STANDS + share * (SITS - STANDS), 0 * share])
-    motion = moving(root[::-1] if begin == "sit" else root)
+    motion = sinking(seconds, rises=begin == "sit")
     made = resting.hastened(motion, begin, end)
     np.testing.assert_allclose(made.root[[0, -1]], motion.root[[0, -1]], atol=1e-9)
     between = lambda one: ((one.root[:, 1] > SITS + 0.12) & (one.root[:, 1] < STANDS - 0.12)).sum()

@@ -68,9 +68,7 @@ def raised(places: np.ndarray, sits: tuple[bool, bool]) -> np.ndarray:
     away = np.linalg.norm((places - places[rest])[:, [0, 2]], axis=-1)
     share = np.interp(away, AWAY, np.linspace(0.0, 0.9, len(AWAY)))
     least = heights[rest] + share * (heights[stands] - heights[rest])
-    lift = gaussian_filter1d(np.maximum(least - heights, 0.0), SOFT, mode="nearest")
-    lift[[0, -1]] = 0.0
-    return heights + lift
+    return heights + _lift(heights, least)
 
 
 def planted(motion: Motion, begin: str, end: str) -> Motion:
@@ -110,6 +108,11 @@ def _hung(heights: np.ndarray, away: np.ndarray) -> np.ndarray:
     if hangs < HANGS:
         return np.zeros_like(heights)
     least = heights.min() + hangs * np.clip((HUNG[0] - away) / (HUNG[0] - HUNG[1]), 0, 1)
+    return _lift(heights, least)
+
+
+def _lift(heights: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """Return the smooth lift (T,) of heights (T,) that are lower than ``least`` (T,); both ends stay where they are."""
     lift = gaussian_filter1d(np.maximum(least - heights, 0.0), SOFT, mode="nearest")
     lift[[0, -1]] = 0.0
     return lift

@@ -160,9 +160,7 @@ class Improviser:
         """Return the share (B,) of each window, pelvis (B, 65, 3), in which the body is out of the picture."""
         if self.frame.view is None:
             return np.zeros(len(roots))
-        places = roots[:, ::SEEN_EVERY] * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
-        seen = placing.in_view(self.frame.view, places.reshape(-1, 3))
-        return 1 - seen.reshape(places.shape[:2]).mean(-1)
+        return 1 - placing.seen_from(self.frame.view, roots[:, ::SEEN_EVERY], floor).mean(-1)
 
     def _scene(self, place: np.ndarray) -> torch.Tensor:
         """Return the scene feature (1, scene) around a place."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...skeleton import INDEX
+
 SPEEDS = (0.05, 0.15, 0.4)
 """Bounds between four classes of starts, metres per second of the pelvis."""
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.6, 0.7, 0.8, 0.9, 0.98)
@@ -33,7 +35,7 @@ STOOPS = 20.0
 """Metres of difference in the distance covered that a head lower by a metre weighs."""
 STANDING = 0.75
 """Height, metres, of the pelvis over the lower foot, from which on a body stands or walks."""
-PELVIS, BALLS, HEAD_JOINT = 0, (10, 11), 15
+PELVIS, BALLS, HEAD_JOINT = INDEX["pelvis"], (INDEX["left_foot"], INDEX["right_foot"]), INDEX["head"]
 """Joints: pelvis, balls of the feet, head."""
 
 

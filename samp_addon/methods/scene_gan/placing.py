@@ -36,6 +36,12 @@ def in_view(view: CameraView, places: np.ndarray) -> np.ndarray:
     return view.sees(points, MARGIN).sum(-1) >= SEEN
 
 
+def seen_from(view: CameraView, pelvis: np.ndarray, floor: float) -> np.ndarray:
+    """Return where bodies with pelvises (..., 3) over a floor are seen (...)."""
+    places = pelvis * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]
+    return in_view(view, places.reshape(-1, 3)).reshape(places.shape[:-1])
+
+
 def require_in_view(view: CameraView, place: np.ndarray) -> None:
     """Raise SampError where a character at a place on the floor (3,) is not in the picture."""
     if not in_view(view, place[None])[0]:

@@ -130,7 +130,7 @@ def _root(motion: Motion, build: Build, prints: Footprints, seat: float | None) 
     middle = hips(positions)
     ground = prints.height(len(motion))
     over = middle[:, 1] - ground
-    tall, taller = (float(hips(joints)[1] - sole_height(joints)) for joints in (source, target))
+    tall, taller = _standing_height(source), _standing_height(target)
     standing = over * (taller / tall - 1)
     if seat is None or build.seat is None:
         seated = SEAT * (leg_length(target) - leg_length(source))
@@ -159,10 +159,14 @@ def _forward(motion: Motion, build: Build, seat: float | None) -> np.ndarray:
 
 def _rests(motion: Motion, prints: Footprints) -> np.ndarray:
     """Return the share (T,) with which a body rests: 1 on its seat, 0 while it stands, by the height of its hips."""
-    middle = hips(motion.forward_kinematics()[0])
-    over = middle[:, 1] - prints.height(len(motion))
-    tall = float(hips(motion.rest_joints)[1] - sole_height(motion.rest_joints))
+    over = hips(motion.forward_kinematics()[0])[:, 1] - prints.height(len(motion))
+    tall = _standing_height(motion.rest_joints)
     return 1 - hip_lift(over, _resting(motion, over / tall), np.ones(len(motion)), 0.0, tall)
+
+
+def _standing_height(joints: np.ndarray) -> float:
+    """Return the height of the hips over the soles of joints (55, 3) in the T-pose."""
+    return float(hips(joints)[1] - sole_height(joints))
 
 
 def _resting(motion: Motion, over: np.ndarray) -> np.ndarray:

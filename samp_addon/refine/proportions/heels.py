@@ -10,6 +10,7 @@ import numpy as np
 from ... import rotation
 from ...motion import Motion
 from ..feet.plan import FootPlan
+from ..inverse_kinematics import at_height
 
 MOST = 0.06
 """Metres by which an ankle is raised at most; the foot then stands on its ball, pitched by about 30 degrees."""
@@ -40,13 +41,8 @@ def _on_its_ball(plan: FootPlan, rise: np.ndarray, rest_joints: np.ndarray) -> F
     """Return a plan whose foot is pitched about its ball until the ankle is higher by rise (T,)."""
     ball = plan.ball(rest_joints)
     back = plan.ankle - ball
-    flat = np.linalg.norm(back[:, [0, 2]], axis=-1)
-    length = np.maximum(np.linalg.norm(back, axis=-1), 1e-6)
-    before = np.arctan2(back[:, 1], flat)
-    pitch = np.arcsin(np.clip((back[:, 1] + rise) / length, -1.0, 1.0)) - before
-    across = np.stack([back[:, 2], np.zeros_like(flat), -back[:, 0]], -1)
-    across = across / np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), 1e-6)
-    turn = rotation.from_axis_angle(-pitch[:, None] * across)
+    height = np.minimum(back[:, 1] + rise, np.linalg.norm(back, axis=-1))
+    turn = rotation.between(back, at_height(back, height, back[:, [0, 2]]))
     return replace(
         plan, ankle=ball + rotation.rotate(turn, back), orientation=rotation.multiply(turn, plan.orientation)
     )

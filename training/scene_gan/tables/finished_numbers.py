@@ -33,7 +33,7 @@ def of_take(take: Take, view: CameraView, ground: Ground, obstacles: Obstacles) 
         "jerk_m_s3": metrics.jerk(motion), "jerk_at_joins_m_s3": jerk_at_joins(motion),
         "way_m": float(np.linalg.norm((motion.root[-1] - motion.root[0])[[0, 2]])),
         "length_m": float(np.linalg.norm(np.diff(motion.root[::EVERY], axis=0)[:, [0, 2]], axis=-1).sum()),
-        "seen_share": float(placing.in_view(view, motion.root * [1.0, 0.0, 1.0] + [0.0, floor, 0.0]).mean()),
+        "seen_share": float(placing.seen_from(view, motion.root, floor).mean()),
         "remarks": len(take.remarks),
         "on_navmesh": float(ground.fits(motion.root, floor).mean() >= 1 - TOLERATED),
         "stooping_share": float((liveliness.stooping(motion.forward_kinematics()[0]) > 0).mean()),
