@@ -123,12 +123,13 @@ class Window:
     def find(self, text: str) -> tuple[int, int]:
         """Return the position of the button whose Python command or property path contains this text.
 
-        The sidebar is searched as it is, then scrolled to its end, then to its beginning.
+        The sidebar is searched as it is, then from its beginning to its end.
         """
-        for turns, wheel in ((0, 0), (SCROLL, WHEEL_DOWN), (2 * SCROLL, WHEEL_UP)):
+        for turns, wheel in ((0, 0), (5 * SCROLL, WHEEL_UP), *4 * ((SCROLL, WHEEL_DOWN),)):
             left, top, _, height = self.ask("ui.sidebar_box()")
-            for _ in range(turns):
-                self.click(left + 40, top + height // 2, wheel)
+            for turn in range(turns):
+                # At changing heights: a list under the mouse takes the wheel for itself.
+                self.click(left + 40, top + height * (2 + turn % 3) // 6, wheel)
             place = self.visible(text)
             if place is not None:
                 return place

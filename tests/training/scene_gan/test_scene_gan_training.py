@@ -151,6 +151,35 @@ def test_the_nearest_draw_counts(data):
         assert float(losses.nearest_of(made, true.rows(rows), 1, part)) == pytest.approx(0.15, abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("gain", "phase", "least", "most"), [(1, 0, 0, 0), (1, 1.5, 0, 0.25), (0, 0, 1, 1), (2, 0, 1, 1)]
+)
+def test_spectra_see_amplitudes_and_hardly_phases(gain, phase, least, most):
+    """A sway every ten frames; errors relative to that of no sway. Phases count near the ends only."""
+    angle = 2 * torch.pi * torch.arange(64) / 10
+    sway = lambda amplitude, shift: amplitude * torch.cos(angle + shift).expand(1, 3, 64)
+    error = lambda made: float(losses.spectral_error(made, sway(0.3, 0.0)))
+    assert least - 0.01 <= error(sway(0.3 * gain, phase)) / error(torch.zeros(1, 3, 64)) <= most + 0.01
+
+
+def test_weights_that_are_kept_do_not_change(data, tmp_path):
+    wanted = replace(
+        options.row("all", view="height", draws=2, spectral=1.0, **SMALL), part="trajectory", critics=()
+    )
+    first = Trainer(data, wanted)
+    for _ in range(2):
+        first.step()
+    first.save(tmp_path / "state.pt")
+    later = Trainer(data, replace(wanted, kept=("trajectory.rough",), seed=1))
+    later.begin(tmp_path / "state.pt", "trajectory")
+    for _ in range(2):
+        later.step()
+    made = later.averaged().state_dict()
+    same = {name for name, value in first.average.items() if torch.equal(made[name], value)}
+    own = {name for name in made if name.startswith("trajectory.")}
+    assert own & same == {name for name in own if name.startswith("trajectory.rough")} != own
+
+
 @pytest.mark.parametrize("part", ["trajectory", "rough_pose"])
 def test_draws_come_nearer_without_critics(data, part):
     wanted = replace(options.row("all", view="height", draws=2, **SMALL), part=part, critics=())

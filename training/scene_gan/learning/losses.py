@@ -8,10 +8,15 @@ from collections.abc import Callable
 import torch
 
 from ....models.scene_gan.projection import Motions
+from ....models.scene_gan.start import FPS
 
 PENALTY, TARGET = 10.0, 0.1
 SPEED = 10.0  # frames: weight of errors of velocity, metres per frame, beside those of position, metres
 TURN = 1.0  # metres: weight of errors of the 6-D rotations; with 0.2, joints turned once about their bones
+WINDOWS = (16, 32, 64)  # frames of the spectra
+BEGINNING = (
+    8  # frames in which velocities are compared directly beside spectra: the start says the phase of the gait
+)
 SHARE = 0.2  # share of the largest error up to which the inverse Huber loss is linear
 
 
@@ -42,20 +47,51 @@ def inverse_huber(made: torch.Tensor, true: torch.Tensor, known: torch.Tensor) -
     return (loss * known).sum() / known.sum().clamp(min=1)
 
 
-def nearest_of(made: Motions, true: Motions, draws: int, part: str) -> torch.Tensor:
+def spectral_error(made: torch.Tensor, true: torch.Tensor) -> torch.Tensor:
+    """Return the mean difference (B,) of the amplitude spectra over time of signals (B, C, T), summed over frequencies.
+
+    It does not see phases: a mean error would rather have no steps at all than steps out of phase.
+    """
+    error = torch.zeros(len(made), device=made.device)
+    for size in WINDOWS:
+        apart = (_amplitudes(made, size) - _amplitudes(true, size)).abs().sum(1).mean(-1)
+        error = error + apart.view(len(made), -1).mean(1) / len(WINDOWS)
+    return error
+
+
+def _amplitudes(signals: torch.Tensor, size: int) -> torch.Tensor:
+    """Return amplitudes (B C, F, n) at the frequencies of windows of a size, of signals (B, C, T)."""
+    window = torch.hann_window(size, device=signals.device)
+    found = torch.stft(
+        signals.flatten(0, 1), size, size // 4, window=window, center=False, return_complex=True
+    )
+    return torch.view_as_real(found).square().sum(-1).add(1e-10).sqrt() * (2 / window.sum())
+
+
+def nearest_of(made: Motions, true: Motions, draws: int, part: str, spectral: float = 0.0) -> torch.Tensor:
     """Return the mean error of the nearest of several draws of each window (the variety loss of Gupta et al. 2018).
 
     made: draws * B windows, those of one start in a row. true: B windows. part: trained, of options.PARTS; for the
     trajectory alone, only the pelvis counts. The errors are of positions, velocities (which keeps standing feet still)
-    and rotations.
+    and rotations. spectral: weight of `spectral_error` of the joints' velocities, m/s; with it, velocities of a
+    trajectory are compared directly in the first frames only.
     """
     rows = torch.arange(len(true.root), device=true.root.device).repeat_interleave(draws)
     true = true.rows(rows)
     if part == "trajectory":
         apart = made.root - true.root
-        error = apart.norm(dim=-1).mean(1) + SPEED * (apart[:, 1:] - apart[:, :-1]).norm(dim=-1).mean(1)
+        speeds = (apart[:, 1:] - apart[:, :-1])[:, : BEGINNING if spectral else None]
+        error = apart.norm(dim=-1).mean(1) + SPEED * speeds.norm(dim=-1).mean(1)
     else:
         apart = made.joints - true.joints
         error = apart.norm(dim=-1).mean((1, 2)) + TURN * (made.six - true.six).abs().mean((1, 2, 3))
         error = error + SPEED * (apart[:, 1:] - apart[:, :-1]).norm(dim=-1).mean((1, 2))
+    if spectral:
+        moves = lambda each: each.velocities if part == "trajectory" else _moves(each.joints)
+        error = error + spectral * spectral_error(FPS * moves(made), FPS * moves(true))
     return error.view(-1, draws).min(1).values.mean()
+
+
+def _moves(joints: torch.Tensor) -> torch.Tensor:
+    """Return the velocities (B, 3 J, T - 1), metres per frame, of joints (B, T, J, 3)."""
+    return (joints[:, 1:] - joints[:, :-1]).flatten(2).transpose(1, 2)

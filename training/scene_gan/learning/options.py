@@ -21,7 +21,8 @@ class Options:
     of the context critic's crops. context_weight: of the context critic's score in the generators' loss; its gradient
     on the pelvis is hundreds of times those of the others. draws: of each window, whose nearest one is drawn to the
     true window; 0 trains by the critics alone, as the paper does. draws_weight: of its error in the generators' loss.
-    moving: share of each batch in which bodies travel, for poses on true trajectories.
+    spectral: weight of the spectra of velocities in that error. kept: beginnings of the names of weights that
+    are not trained. moving: share of each batch in which bodies travel, for poses on true trajectories.
     """
 
     settings: Settings = Settings()
@@ -37,6 +38,8 @@ class Options:
     context_weight: float = 1.0
     draws: int = 0
     draws_weight: float = 1.0
+    spectral: float = 0.0
+    kept: tuple[str, ...] = ()
     moving: float = 0.0
     seed: int = 0
 

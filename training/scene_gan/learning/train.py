@@ -57,6 +57,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--average", type=float)
     made.add_argument("--draws", type=int, help="also train the nearest of so many draws towards the truth")
     made.add_argument("--draws-weight", type=float)
+    made.add_argument("--spectral", type=float, help="weight of the spectra of velocities in that error")
+    made.add_argument("--kept", nargs="*", help="beginnings of the names of weights that are not trained")
     made.add_argument("--moving", type=float, help="share of each batch in which bodies travel")
     made.add_argument("--critics", nargs="*", choices=options.CRITICS, help="default: those of the row; none")
     made.add_argument("--context-weight", type=float)
@@ -119,18 +121,26 @@ def load_encoder(folder: Path, settings: networks.Settings) -> dict[str, torch.T
     return torch.load(folder / "encoder.pt", map_location="cpu", weights_only=True)["encoder"]
 
 
-def main(arguments: list[str] | None = None) -> int:
-    began = time.time()
-    chosen = parser().parse_args(arguments)
-    torch.set_num_threads(chosen.threads)
+def options_of(chosen: argparse.Namespace) -> options.Options:
+    """Return the options of a training from the command line."""
     names = ("part", "view", "batch", "critic_steps", "width", "noise", "pose_noise", "encoder_width", "seed", "rate",
-             "average", "along", "context_weight", "draws", "draws_weight", "moving")  # fmt: skip
+             "average", "along", "context_weight", "draws", "draws_weight", "moving", "spectral")  # fmt: skip
     wanted = options.row(chosen.row, **{name: getattr(chosen, name) for name in names})
     kept = {"trajectory": ("trajectory",), "pose": ("pose",), "rough_pose": ()}.get(wanted.part)
     if kept is not None:
         wanted = replace(wanted, critics=kept)
+    if chosen.kept is not None:
+        wanted = replace(wanted, kept=tuple(chosen.kept))
     if chosen.critics is not None:
         wanted = replace(wanted, critics=tuple(chosen.critics))
+    return wanted
+
+
+def main(arguments: list[str] | None = None) -> int:
+    began = time.time()
+    chosen = parser().parse_args(arguments)
+    torch.set_num_threads(chosen.threads)
+    wanted = options_of(chosen)
     chosen.work.mkdir(parents=True, exist_ok=True)
     (chosen.work / "options.json").write_text(json.dumps(asdict(wanted), indent=1) + "\n")
     data = dataset.load(chosen.data, chosen.device, resident=chosen.device != "cpu")

@@ -46,9 +46,8 @@ class Trainer:
         if encoder is not None:
             self.networks.encoder.load_state_dict(encoder)
         self.critics = nn.ModuleDict({name: self._critic(name) for name in options.critics}).to(data.device)
-        trained = [
-            p for n, p in self.networks.named_parameters() if options.along or not n.startswith("encoder.")
-        ]
+        kept = options.kept if options.along else ("encoder.", *options.kept)
+        trained = [p for n, p in self.networks.named_parameters() if not n.startswith(kept)]
         momentum = 0.5 if options.critics else 0.9
         adam = lambda values: torch.optim.Adam(
             values, options.rate, betas=(momentum, 0.999), fused=on_gpu or None, capturable=on_gpu
@@ -178,7 +177,7 @@ class Trainer:
         made = self.draw(batch, scene, max(draws, 1))
         total = torch.zeros((), device=scene.device)
         if draws:
-            nearest = losses.nearest_of(made, batch.motions, draws, self.options.part)
+            nearest = losses.nearest_of(made, batch.motions, draws, self.options.part, self.options.spectral)
             self._note("nearest", nearest)
             total = total + self.options.draws_weight * nearest
             made = made.rows(slice(None, None, draws))
@@ -234,11 +233,8 @@ class Trainer:
             self._sums[name] = both
 
     def losses(self) -> dict[str, float]:
-        """Return the means since the last call.
-
-        These are distance and penalty of each critic, errors, metres, against the true window of the same start, and
-        the share of dropped gradients.
-        """
+        """Return the means since the last call: distance and penalty of each critic, errors, metres, against the true
+        window of the same start, and the share of dropped gradients."""
         found = {name: float(total / count) for name, (total, count) in self._sums.items()}
         for both in self._sums.values():
             both.zero_()
@@ -264,12 +260,13 @@ class Trainer:
     def begin(self, path: Path, part: str) -> None:
         """Take generators and critics from the state of another training, of a part of options.PARTS.
 
-        Critics that only one of the trainings has are left as they are.
+        Critics that only one of the trainings has are left as they are. Weights that are not trained are averaged ones.
         """
         state = torch.load(path, map_location=self.data.device, weights_only=True)
         kinds = {"all": ("trajectory.", "pose.", "joint."), "rough_pose": ("pose.rough.",)}
         generators = kinds.get(part, (f"{part}.",))
-        own = {k: v for k, v in state["networks"].items() if k.startswith(generators)}
+        source = lambda name: state["average" if name.startswith(self.options.kept) else "networks"]
+        own = {k: source(k)[k] for k in state["networks"] if k.startswith(generators)}
         self.networks.load_state_dict(self.networks.state_dict() | own)
         for name, critic in self.critics.items():
             kept = {
