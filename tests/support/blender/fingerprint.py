@@ -32,6 +32,7 @@ DERIVED = {
     *("gpencil_paint", "gpencil_vertex_paint", "gpencil_sculpt_paint", "gpencil_weight_paint"),
     *("curves_sculpt", "gpencil_sculpt", "gpencil_interpolate"),
 }
+EVALUATED = {"matrix_world", "matrix_local"}  # of objects, once they are shown; stale while they are hidden
 # Long arrays: (type, collection) -> property, type and width of each element.
 BULK = {
     ("Mesh", "vertices"): ("co", np.float32, 3),
@@ -135,6 +136,8 @@ def _properties(found: dict, path: str, struct: bpy.types.bpy_struct, seen: set)
         except (AttributeError, RuntimeError, ValueError):
             continue  # not readable in this state
         where = f"{path}.{name}"
+        if kind == "Object" and name in EVALUATED and struct.hide_viewport:
+            value = None
         if sort == "POINTER":
             _pointer(found, where, value, seen)
         elif sort == "COLLECTION":
