@@ -103,7 +103,7 @@ def test_a_take_turns_away_where_it_cannot_go_on(room):
     method = SceneGanMethod(still((0.0, 0.0, 0.02)))
     step = Step(action="", method="scene_gan", settings={"seconds": 4.0, "draws": 4})
     view = scene(room, camera=camera(), start=(np.array([0.0, 0.0, -2.5]), 0.0))
-    windows = iter([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    windows = iter([1.0, 1.0, 1.0, *6 * [0.0]])
     networks_ = method._networks
     bias = networks_.trajectory.last.bias.detach().clone()
     draw = networks_.draw

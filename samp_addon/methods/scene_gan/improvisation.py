@@ -22,6 +22,9 @@ from .judging import Judge
 
 WINDOW = 64
 """Frames of a window after the given one."""
+USED = 44
+"""Frames of a window that a take uses at most: towards its end the networks lose the phase of the gait, and steps fade.
+"""
 OVERLAP = 12
 """Frames of the next window that are blended with the last ones of the window before it."""
 EASED = 10
@@ -97,7 +100,7 @@ class Improviser:
                             f"No draw out of {draws} stays on free floor and clear of others; try another seed or more "
                             "draws, or move the character or the camera."
                         )
-                    kept = max(at - (WINDOW - OVERLAP), begun) + 1
+                    kept = max(at - (USED - OVERLAP), begun) + 1
                     root, rotations = root[:kept], rotations[:kept]
                     continue
                 root, rotations = joined(root, rotations, made, quats, at)
@@ -142,7 +145,7 @@ class Improviser:
             if verdict.frames == WINDOW and verdict.depth <= PRESSED:
                 break
         kept = -least[0]
-        end = kept + 1 if kept == WINDOW else max(kept - MARGIN, 0) + 1
+        end = min(USED, kept if kept == WINDOW else max(kept - MARGIN, 0)) + 1
         return best[0][:end], best[1][:end], judged
 
     def _far(self, root: np.ndarray, first: int, random: torch.Generator, seed: int) -> float:

@@ -102,6 +102,24 @@ def test_points_of_the_floor_are_counted_apart():
     assert min(finished_numbers.points_inside(lowered, view, -1.0)["60 mm off the floor"]) > 0
 
 
+@pytest.mark.parametrize(
+    ("speed", "swing", "walking", "gliding"), [(0.0, 0.5, 0, None), (1.2, 0.0, 0.9, 1), (1.2, 0.5, 0.9, 0)]
+)
+def test_gaits(speed, swing, walking, gliding):
+    """A body that swings its thighs against each other, by radians, once a second, or glides."""
+    count = 150
+    angle = swing * np.sin(2 * np.pi * np.arange(count) / 30)
+    rotations = np.tile([1.0, 0, 0, 0], (count, 22, 1))
+    for hip, side in ((1, 1), (2, -1)):
+        rotations[:, hip] = np.stack([np.cos(angle / 2), side * np.sin(angle / 2), 0 * angle, 0 * angle], -1)
+    root = np.array([0.0, 0.95, 0.0]) + speed / 30 * np.arange(count)[:, None] * [0.0, 0.0, 1.0]
+    found = finished_numbers.gait(Motion(root, rotations))
+    assert found["walking_share"] == pytest.approx(walking, abs=0.05)
+    assert found["gliding_share_of_walking"] == gliding
+    if gliding is not None:
+        assert (found["ankle_swing_cm"] > 8) == (gliding == 0)
+
+
 def test_ways_by_speed():
     """Bodies that stand go nowhere, those that walk go on."""
     frames = np.arange(66)[:, None] * np.array([0.0, 0.0, 1.0])

@@ -155,7 +155,7 @@ def test_the_nearest_draw_counts(data):
     ("gain", "phase", "least", "most"), [(1, 0, 0, 0), (1, 1.5, 0, 0.25), (0, 0, 1, 1), (2, 0, 1, 1)]
 )
 def test_spectra_see_amplitudes_and_hardly_phases(gain, phase, least, most):
-    """A sway every ten frames; errors relative to that of no sway. Phases count near the ends only."""
+    """A sway every ten frames; errors relative to that of no sway. Phases count in the short windows only."""
     angle = 2 * torch.pi * torch.arange(64) / 10
     sway = lambda amplitude, shift: amplitude * torch.cos(angle + shift).expand(1, 3, 64)
     error = lambda made: float(losses.spectral_error(made, sway(0.3, 0.0)))

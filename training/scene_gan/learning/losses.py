@@ -48,9 +48,10 @@ def inverse_huber(made: torch.Tensor, true: torch.Tensor, known: torch.Tensor) -
 
 
 def spectral_error(made: torch.Tensor, true: torch.Tensor) -> torch.Tensor:
-    """Return the mean difference (B,) of the amplitude spectra over time of signals (B, C, T), summed over frequencies.
+    """Return the mean difference (B,) of the amplitudes of signals (B, C, T) in octaves of frequency, summed over them.
 
-    It does not see phases: a mean error would rather have no steps at all than steps out of phase.
+    It sees neither phases nor frequencies within an octave: a mean error would rather have no steps at all than steps
+    out of phase, and the error of single frequencies rather none than those of another pace.
     """
     error = torch.zeros(len(made), device=made.device)
     for size in WINDOWS:
@@ -60,12 +61,16 @@ def spectral_error(made: torch.Tensor, true: torch.Tensor) -> torch.Tensor:
 
 
 def _amplitudes(signals: torch.Tensor, size: int) -> torch.Tensor:
-    """Return amplitudes (B C, F, n) at the frequencies of windows of a size, of signals (B, C, T)."""
+    """Return amplitudes (B C, octaves, n) in windows of a size, of signals (B, C, T); the first octave is the mean."""
     window = torch.hann_window(size, device=signals.device)
     found = torch.stft(
         signals.flatten(0, 1), size, size // 4, window=window, center=False, return_complex=True
     )
-    return torch.view_as_real(found).square().sum(-1).add(1e-10).sqrt() * (2 / window.sum())
+    power = torch.view_as_real(found).square().sum(-1)
+    octaves = [1, *(2**k for k in range(size.bit_length() - 2))]
+    octaves[-1] += 1  # the last line
+    together = torch.stack([part.sum(1) for part in power.split(octaves, dim=1)], 1)
+    return (together + 1e-10).sqrt() * (2 / window.sum())
 
 
 def nearest_of(made: Motions, true: Motions, draws: int, part: str, spectral: float = 0.0) -> torch.Tensor:

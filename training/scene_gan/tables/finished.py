@@ -4,8 +4,9 @@ python -m samp_blender.training.scene_gan.tables.finished --corpus cache/rooms -
     --rooms 60 --cameras 5 --seeds 4 --seconds 10
 
 The character is placed in view of a random camera. Prints the shares of takes that were made and that stay on the
-navmesh, time, stance slide, jerk at the joins and overall, frames in furniture, non-collision before the depth map, and
-the APD of the takes of a camera and of captured motion there. An interrupted run is resumed.
+navmesh, time, stance slide, jerk at the joins and overall, frames in furniture, non-collision before the depth map, the
+steps of walking bodies, and the APD of the takes of a camera; the last two also of captured motion there. An
+interrupted run is resumed.
 """
 
 from __future__ import annotations
@@ -30,13 +31,14 @@ from ....samp_addon.methods.scene_gan.improvisation import frames_of
 from ....samp_addon.methods.scene_gan.method import SceneGanMethod, walkable
 from ....samp_addon.methods.scene_view import SceneView
 from ....samp_addon.methods.step import Step
+from ....samp_addon.motion import Motion
 from ....samp_addon.scene.camera_view import CameraView
 from ....samp_addon.scene.geometry import SceneGeometry
 from ...rooms.corpus import store
 from ...rooms.make import split_of
 from ..data import room_pictures, room_windows
 from . import make
-from .finished_numbers import of_take
+from .finished_numbers import gait, of_take
 
 BETWEEN = 60  # frames between the starts of two captured motions
 
@@ -53,10 +55,10 @@ def views(data: store.RoomData, count: int, rng: np.random.Generator) -> list[Ca
     ]  # fmt: skip
 
 
-def captured_apd(
+def captured(
     data: store.RoomData, view: CameraView, options: argparse.Namespace, rng: np.random.Generator
-) -> float:
-    """Return the APD of as many captured motions, as long as a take, that begin in view of a camera."""
+) -> list[Motion]:
+    """Return as many captured motions, as long as a take, that begin in view of a camera."""
     frames = frames_of(options.seconds)
     starts = [
         (episode, frame)
@@ -65,7 +67,7 @@ def captured_apd(
         if placing.in_view(view, data.motion(episode, frame, 1).root * [1.0, 0.0, 1.0])[0]
     ]
     chosen = [starts[k] for k in rng.permutation(len(starts))[: options.seeds]]
-    return diversity.diversity_in_time([data.motion(*start, frames) for start in chosen])
+    return [data.motion(*start, frames) for start in chosen]
 
 
 def of_room(method: SceneGanMethod, data: store.RoomData, options: argparse.Namespace) -> list[dict]:
@@ -87,11 +89,12 @@ def of_room(method: SceneGanMethod, data: store.RoomData, options: argparse.Name
             takes, reasons = [], [str(error)] * options.seeds
         cpu = (time.process_time() - began) / options.seeds
         ground = Ground(walkable(scene), triangles, -human.load().floor) if takes else None
+        real = captured(data, view, options, rng)
         rows.append({
             "camera": view.name, "asked": options.seeds, "made": len(takes), "reasons": reasons,
             "cpu_seconds_a_take": cpu,
             "apd": diversity.diversity_in_time([take.motion for take in takes]),
-            "apd_captured": captured_apd(data, view, options, rng),
+            "apd_captured": diversity.diversity_in_time(real), "gait_captured": [gait(motion) for motion in real],
             "takes": [of_take(take, view, ground, obstacles) for take in takes],
         })  # fmt: skip
     return rows
@@ -103,10 +106,15 @@ def summary(done: dict[str, list[dict]]) -> dict[str, object]:
     takes = [(room, take) for room, found in done.items() for row in found for take in row["takes"]]
     names = [name for name, value in (takes[0][1] if takes else {}).items() if not isinstance(value, dict)]
     of_takes = {name: [take[name] for _, take in takes if take[name] is not None] for name in names}
+    real = [walk for row in rows for walk in row["gait_captured"]]
+    of_real = {
+        f"{name}_captured": [walk[name] for walk in real if walk[name] is not None]
+        for name in (real[0] if real else ())
+    }
     means = {name: [row[name] for row in rows] for name in ("cpu_seconds_a_take", "apd", "apd_captured")}
     return {
         "takes": len(takes), "made": len(takes) / max(sum(row["asked"] for row in rows), 1),
-        **{name: float(np.mean(values)) for name, values in (means | of_takes).items() if values},
+        **{name: float(np.mean(values)) for name, values in (means | of_takes | of_real).items() if values},
         "non_collision": free(takes),
     }  # fmt: skip
 

@@ -9,16 +9,19 @@ from ....samp_addon.evaluation import collision, feet, metrics
 from ....samp_addon.evaluation.obstacles import Obstacles
 from ....samp_addon.methods.scene_gan import liveliness, placing
 from ....samp_addon.methods.scene_gan.ground import Ground
-from ....samp_addon.methods.scene_gan.improvisation import OVERLAP, WINDOW
+from ....samp_addon.methods.scene_gan.improvisation import OVERLAP, USED
 from ....samp_addon.methods.take import Take
 from ....samp_addon.motion import Motion
 from ....samp_addon.scene.camera_view import CameraView
-from ....samp_addon.skeleton import BODY_COUNT
+from ....samp_addon.skeleton import BODY_COUNT, INDEX
 from . import measures
 
-STRIDE = WINDOW - OVERLAP  # frames between two joins
+STRIDE = USED - OVERLAP  # frames between two joins
 EVERY = 5  # frames between two that are compared with the room
 ON_FLOOR = 0.03  # height over the floor up to which a point belongs to it, metres
+WALKING = 0.4  # speed of the pelvis, m/s, over half a second, from which on a body walks
+GAIT = 14  # frames before and after one over which the distance of the ankles varies: about a stride
+GLIDING = 0.05  # metres of standard deviation of that distance below which a walking body makes no steps
 TOLERATED = 0.02  # share of frames beside the navmesh of a take that counts as on it
 
 
@@ -40,8 +43,28 @@ def of_take(take: Take, view: CameraView, ground: Ground, obstacles: Obstacles) 
         "seated_share": float((~ground.upright(motion.root)).mean()),
         "deeper_than_2cm": float((deepest > 0.02).mean()), "deeper_than_5cm": float((deepest > 0.05).mean()),
         "points_inside": points_inside(compared, view, floor),
-        **feet.measures(motion, take.floor),
+        **gait(motion), **feet.measures(motion, take.floor),
     }  # fmt: skip
+
+
+def gait(motion: Motion) -> dict[str, float | None]:
+    """Return the share of frames in which the pelvis travels; and of these frames, how much the distance of the ankles
+    varies, cm, and the share without steps, None where there is none. A walk of 1.3 m/s varies by about 13 cm."""
+    joints = motion.forward_kinematics()[0]
+    half = round(motion.fps / 4)
+    root = motion.root[:, [0, 2]]
+    speed = np.zeros(len(motion))
+    speed[half:-half] = (
+        np.linalg.norm(root[2 * half :] - root[: -2 * half], axis=-1) * motion.fps / (2 * half)
+    )
+    apart = np.linalg.norm(joints[:, INDEX["left_ankle"]] - joints[:, INDEX["right_ankle"]], axis=-1)
+    walking = np.flatnonzero(speed > WALKING)
+    swing = np.array([apart[max(k - GAIT, 0) : k + GAIT + 1].std() for k in walking])
+    return {
+        "walking_share": len(walking) / len(motion),
+        "ankle_swing_cm": 100 * float(swing.mean()) if len(swing) else None,
+        "gliding_share_of_walking": float((swing < GLIDING).mean()) if len(swing) else None,
+    }
 
 
 def points_inside(motion: Motion, view: CameraView, floor: float) -> dict[str, list[float]]:
@@ -69,7 +92,7 @@ def _tensor(values: np.ndarray) -> torch.Tensor:
 
 def jerk_at_joins(motion: Motion) -> float:
     """Return the 99th percentile of the joints' jerk in the frames around the joins of windows, m/s^3."""
-    joins = np.arange(WINDOW - OVERLAP, len(motion) - 4, STRIDE)
+    joins = np.arange(STRIDE, len(motion) - 4, STRIDE)
     rows = np.unique((joins[:, None] + np.arange(-2, OVERLAP + 3)).ravel())
     joints = motion.forward_kinematics()[0][:, :BODY_COUNT]
     found = np.linalg.norm(np.diff(joints, n=3, axis=0), axis=-1) * motion.fps**3
