@@ -15,7 +15,7 @@ SPEED = 10.0  # frames: weight of errors of velocity, metres per frame, beside t
 TURN = 1.0  # metres: weight of errors of the 6-D rotations; with 0.2, joints turned once about their bones
 WINDOWS = (16, 32, 64)  # frames of the spectra
 BEGINNING = (
-    8  # frames in which velocities are compared directly beside spectra: the start says the phase of the gait
+    8  # frames in which velocities are compared directly beside spectra: the start has the phase of the gait
 )
 SHARE = 0.2  # share of the largest error up to which the inverse Huber loss is linear
 

@@ -49,7 +49,7 @@ def of_take(take: Take, view: CameraView, ground: Ground, obstacles: Obstacles) 
 
 def gait(motion: Motion) -> dict[str, float | None]:
     """Return the share of frames in which the pelvis travels; and of these frames, how much the distance of the ankles
-    varies, cm, and the share without steps, None where there is none. A walk of 1.3 m/s varies by about 13 cm."""
+    varies, cm, and the share without steps, None where there is none; 12 cm and 0.14 in captured motion."""
     joints = motion.forward_kinematics()[0]
     half = round(motion.fps / 4)
     root = motion.root[:, [0, 2]]
