@@ -22,7 +22,7 @@ JOB = Job(action="", method="scene_gan")
 
 
 class Standing:
-    """A method whose takes stand still for one second. told: for each call, the other characters that it received."""
+    """A method whose takes stand still for one second. told: the other characters passed to each call."""
 
     name, label, description, actions, options, batch_size = "scene_gan", "", "", (), (), 4
     needs = frozenset({"start", "others"})

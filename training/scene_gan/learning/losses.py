@@ -50,8 +50,8 @@ def inverse_huber(made: torch.Tensor, true: torch.Tensor, known: torch.Tensor) -
 def spectral_error(made: torch.Tensor, true: torch.Tensor) -> torch.Tensor:
     """Return the mean difference (B,) of the amplitudes of signals (B, C, T) in octaves of frequency, summed over them.
 
-    It sees neither phases nor frequencies within an octave: a mean error would rather have no steps at all than steps
-    out of phase, and the error of single frequencies rather none than those of another pace.
+    It ignores phase, and frequency within an octave. A mean error prefers no steps to steps out of phase, and an error
+    of single frequencies prefers none to steps at another pace.
     """
     error = torch.zeros(len(made), device=made.device)
     for size in WINDOWS:
@@ -83,20 +83,20 @@ def nearest_of(made: Motions, true: Motions, draws: int, part: str, spectral: fl
     """
     rows = torch.arange(len(true.root), device=true.root.device).repeat_interleave(draws)
     true = true.rows(rows)
-    if part == "trajectory":
-        apart = made.root - true.root
-        speeds = (apart[:, 1:] - apart[:, :-1])[:, : BEGINNING if spectral else None]
-        error = apart.norm(dim=-1).mean(1) + SPEED * speeds.norm(dim=-1).mean(1)
-    else:
-        apart = made.joints - true.joints
-        error = apart.norm(dim=-1).mean((1, 2)) + TURN * (made.six - true.six).abs().mean((1, 2, 3))
-        error = error + SPEED * (apart[:, 1:] - apart[:, :-1]).norm(dim=-1).mean((1, 2))
+    places = lambda each: each.root[:, :, None] if part == "trajectory" else each.joints
+    apart = places(made) - places(true)
+    speeds = apart.diff(dim=1)
+    error = apart.norm(dim=-1).mean((1, 2))
+    if part != "trajectory":
+        error = error + TURN * (made.six - true.six).abs().mean((1, 2, 3))
+    elif spectral:
+        speeds = speeds[:, :BEGINNING]
+    error = error + SPEED * speeds.norm(dim=-1).mean((1, 2))
     if spectral:
-        moves = lambda each: each.velocities if part == "trajectory" else _moves(each.joints)
-        error = error + spectral * spectral_error(FPS * moves(made), FPS * moves(true))
+        error = error + spectral * spectral_error(_moves(places(made)), _moves(places(true)))
     return error.view(-1, draws).min(1).values.mean()
 
 
-def _moves(joints: torch.Tensor) -> torch.Tensor:
-    """Return the velocities (B, 3 J, T - 1), metres per frame, of joints (B, T, J, 3)."""
-    return (joints[:, 1:] - joints[:, :-1]).flatten(2).transpose(1, 2)
+def _moves(places: torch.Tensor) -> torch.Tensor:
+    """Return the velocities (B, 3 J, T - 1), metres per second, of joints (B, T, J, 3)."""
+    return FPS * places.diff(dim=1).flatten(2).transpose(1, 2)
