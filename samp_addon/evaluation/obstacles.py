@@ -44,7 +44,7 @@ SAMPLED_BOXES = 4
 """Boxes of surface samples that are kept."""
 
 RECENT = 4
-"""How many floor heights, and how many sets of ray counts that mean outside, have their cells and samples kept."""
+"""How many floors, and sets of ray counts that mean outside, have their cells and samples kept."""
 
 KEPT = 1
 """Scenes whose obstacles `shared` keeps."""
@@ -63,8 +63,10 @@ class Obstacles:
         """triangles: (F, 3, 3) of the scene."""
         # Opposite twins of two-sided faces cancel each other's winding number.
         self._triangles = without_twins(np.asarray(triangles, dtype=np.float64))[0]
-        self._solids: OrderedDict[float | None, _Solids] = OrderedDict()
-        self._sampled: OrderedDict[float | None, _Sampled] = OrderedDict()
+        self._tops = self._triangles[..., 1].max(1)
+        self._sorted_tops = np.sort(self._tops)
+        self._above: OrderedDict[int, _Above] = OrderedDict()
+        self._carpets: OrderedDict[float, Surface | None] = OrderedDict()
         self._lock = threading.Lock()
 
     def depth(self, vertices: np.ndarray, floor: float | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -74,21 +76,48 @@ class Obstacles:
         is assumed to be outside all solids. Returns depth (T, V), metres, 0 outside, and flags (T, V) of vertices
         inside or less than 1 cm from a surface. Depths over PADDING may be too large.
         """
-        with self._lock:
-            solids = _recent(self._solids, floor, lambda: _Solids(self._triangles, floor))
-        return solids.depth(vertices)
+        depth, touching = self._above_floor(floor).solids.depth(vertices)
+        if floor is not None:
+            under = floor - vertices[..., 1]
+            depth = np.maximum(depth, under)
+            touching |= under > -CONTACT_DISTANCE
+            self._touch_carpets(vertices, touching, floor)
+        return depth, touching
 
     def samples(self, low: np.ndarray, high: np.ndarray, floor: float | None = None) -> np.ndarray:
         """Return samples (N, 3), 1.5 cm apart, of the surfaces in the box from low (3,) to high (3,).
 
         Without the floor itself and what is less than 1 cm above it.
         """
+        sampled = self._above_floor(floor).sampled
         with self._lock:
-            sampled = _recent(self._sampled, floor, lambda: _Sampled(self._triangles, floor))
             found = sampled.around(low, high)
         if floor is not None:
             low = np.maximum(low, [-np.inf, np.nextafter(floor + CONTACT_DISTANCE, np.inf), -np.inf])
         return found[in_box(found, low, high)]
+
+    def _above_floor(self, floor: float | None) -> _Above:
+        """Return the triangles above a floor's own slab and the carpets on it."""
+        over = -np.inf if floor is None else floor + CONTACT_DISTANCE
+        # Floors that differ by a few millimetres have the same triangles above them.
+        count = len(self._tops) - int(np.searchsorted(self._sorted_tops, over, side="right"))
+        with self._lock:
+            return _recent(self._above, count, lambda: _Above(self._triangles[self._tops > over]))
+
+    def _touch_carpets(self, vertices: np.ndarray, touching: np.ndarray, floor: float) -> None:
+        """Flag the vertices (T, V, 3) that touch carpets, surfaces slightly above the floor."""
+        with self._lock:
+            carpets = _recent(self._carpets, floor, lambda: self._carpets_on(floor))
+        if carpets is None:
+            return
+        row, column = np.nonzero(~touching & (vertices[..., 1] < floor + 2 * CONTACT_DISTANCE))
+        if len(row):
+            gap, _ = carpets.nearest(vertices[row, column], 2, CONTACT_DISTANCE)
+            touching[row, column] = gap <= CONTACT_DISTANCE
+
+    def _carpets_on(self, floor: float) -> Surface | None:
+        flat = self._triangles[(self._tops > floor + ROUNDING) & (self._tops <= floor + CONTACT_DISTANCE)]
+        return Surface(flat) if len(flat) else None
 
 
 def _recent(kept: OrderedDict, key: Hashable, make: Callable[[], Any]) -> Any:
@@ -101,12 +130,18 @@ def _recent(kept: OrderedDict, key: Hashable, make: Callable[[], Any]) -> Any:
     return kept[key]
 
 
-class _Sampled:
-    """Surface samples over one floor height, in boxes."""
+class _Above:
+    """Triangles above a floor, as solids and as samples."""
 
-    def __init__(self, triangles: np.ndarray, floor: float | None) -> None:
-        over = -np.inf if floor is None else floor + CONTACT_DISTANCE
-        self._samples = FixedSamples(triangles[triangles[..., 1].max(1) > over])
+    def __init__(self, triangles: np.ndarray) -> None:
+        self.solids, self.sampled = _Solids(triangles), _Sampled(triangles)
+
+
+class _Sampled:
+    """Surface samples of triangles, in boxes."""
+
+    def __init__(self, triangles: np.ndarray) -> None:
+        self._samples = FixedSamples(triangles)
         self._boxes: list[tuple[np.ndarray, np.ndarray, PointCells, np.ndarray]] = []
 
     def around(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -140,16 +175,9 @@ def shared(triangles: np.ndarray) -> Obstacles:
 
 
 class _Solids:
-    """The solids above one floor height."""
+    """The solids that triangles enclose."""
 
-    def __init__(self, triangles: np.ndarray, floor: float | None) -> None:
-        self._floor, self._carpets = floor, None
-        if floor is not None:
-            # The floor's own slab and carpets on it are covered by `under` in depth().
-            top = triangles[..., 1].max(1)
-            flat = triangles[(top > floor + ROUNDING) & (top <= floor + CONTACT_DISTANCE)]
-            triangles = triangles[top > floor + CONTACT_DISTANCE]
-            self._carpets = Surface(flat) if len(flat) else None
+    def __init__(self, triangles: np.ndarray) -> None:
         self._scene = BoxedTriangles.of(triangles)
         self._samples = FixedSamples(triangles, SAMPLED)
         self._low = self._high = np.zeros(3)
@@ -171,22 +199,7 @@ class _Solids:
             for start in range(0, len(depth), CHUNK):
                 part = slice(start, start + CHUNK)
                 depth[part], touching[part] = _point_depth(columns[:, part], blocks, surface)
-        depth, touching = depth.reshape(vertices.shape[:2]), touching.reshape(vertices.shape[:2])
-        if self._floor is not None:
-            under = self._floor - vertices[..., 1]
-            depth = np.maximum(depth, under)
-            touching |= under > -CONTACT_DISTANCE
-            self._touch_carpets(vertices, touching)
-        return depth, touching
-
-    def _touch_carpets(self, vertices: np.ndarray, touching: np.ndarray) -> None:
-        """Flag the vertices (T, V, 3) that touch carpets, surfaces slightly above the floor."""
-        if self._carpets is None:
-            return
-        row, column = np.nonzero(~touching & (vertices[..., 1] < self._floor + 2 * CONTACT_DISTANCE))
-        if len(row):
-            gap, _ = self._carpets.nearest(vertices[row, column], 2, CONTACT_DISTANCE)
-            touching[row, column] = gap <= CONTACT_DISTANCE
+        return depth.reshape(vertices.shape[:2]), touching.reshape(vertices.shape[:2])
 
     def _reach(self, low: np.ndarray, high: np.ndarray) -> Surface | None:
         """Return at least all surfaces near the box from low to high (3,), or None without any."""

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..body.human import Human
 from ..scene.distance.point_cells import PointCells
-from ..scene.geometry import area_vectors, closest_points, in_box
+from ..scene.geometry import area_vectors, closest_points, dot, extent, in_box
 from ..skeleton import BODY_COUNT, INDEX, PARENTS
 
 NEIGHBOURS = 4
@@ -35,6 +35,9 @@ FOLD = 0.01
 
 UNSURE = 0.02
 """Metres outside of the plane at the nearest vertex within which a point is still searched exactly."""
+
+ABOVE = 1e-5
+"""Metres over a plane from which on a point is on its outer side, beyond all rounding."""
 
 
 @dataclass(frozen=True)
@@ -111,38 +114,59 @@ class SkinSurface:
     def inside(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> Inside:
         """Find the points (N, 3) inside the skin. skin: (V, 3) positions of ``vertices``. joints: (J, 3)."""
         found = self._candidates(skin, points)
-        if not len(found.rows):
+        rows, near = self._unclear(skin, points, found)
+        if not len(rows):
             return _nothing(found.clearance)
-        return self._exact(skin, points, joints, found.rows, found.near(found.rows), found.clearance)
+        return self._exact(skin, points, joints, found.rows[rows], near, found.clearance)
 
     def deepest(self, skin: np.ndarray, points: np.ndarray, joints: np.ndarray) -> float:
         """Return the depth, metres, of the deepest of points (N, 3) inside the skin; 0 without one; see `inside`."""
         found, best = self._candidates(skin, points), 0.0
-        order = np.argsort(found.height)  # the points deepest under the planes at their vertices first
+        rows, near = self._unclear(skin, points, found)
+        order = np.argsort(found.height[rows])  # those deepest under the planes at their vertices first
         while len(order):
-            part, order = found.rows[order[:BATCH]], order[BATCH:]
-            inside = self._exact(skin, points, joints, part, found.near(part))
+            part, order = order[:BATCH], order[BATCH:]
+            inside = self._exact(skin, points, joints, found.rows[rows[part]], near[part])
             best = max(best, float(inside.depth.max(initial=0.0)))
             # Skin is no farther than its nearest vertex: points whose vertices are nearer than the best depth are left.
-            order = order[found.gap[order] > best]
+            order = order[found.gap[rows[order]] > best]
         return best
+
+    def _unclear(
+        self, skin: np.ndarray, points: np.ndarray, found: _Candidates
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which of the candidates, as indices (M,), `_exact` may find inside, and their nearest vertices (M, K).
+
+        The others are over the planes of all triangles around these vertices, so that the closest of them faces them.
+        """
+        if not len(found.rows):
+            return found.rows, np.zeros((0, NEIGHBOURS), int)
+        near, points = found.near(found.rows), points[found.rows]
+        used, faces = _numbered(self._around[near].reshape(len(points), -1), len(self._triangles))
+        corners = skin[self._triangles[used]]
+        normal = area_vectors(corners).T.astype(np.float64)
+        normal /= np.maximum(np.sqrt(dot(normal, normal)), 1e-15)
+        offset = dot(normal, corners[:, 0].T)
+        height = sum(normal[k][faces] * points[:, k : k + 1] for k in range(3)) - offset[faces]
+        rows = np.flatnonzero(~(height > ABOVE).all(1))
+        return rows, near[rows]
 
     def _candidates(self, skin: np.ndarray, points: np.ndarray) -> _Candidates:
         """Return the points that may be inside."""
         if len(points):
-            low, high = points.min(0) - THICKEST, points.max(0) + THICKEST
-            kept = np.flatnonzero(in_box(skin, low, high))
+            low, high = extent(points)
+            kept = np.flatnonzero(in_box(skin, low - THICKEST, high + THICKEST))
         if not len(points) or len(kept) < NEIGHBOURS:
             nothing = np.zeros(0)
             return _Candidates(nothing.astype(int), nothing, nothing, np.inf, lambda rows: rows)
         tree = cKDTree(skin[kept], balanced_tree=False, compact_nodes=False)
         gap, first = tree.query(points)
         first = kept[first]
-        nearest, back = np.unique(first, return_inverse=True)
+        nearest, back = _numbered(first, len(skin))
         normal = area_vectors(skin[self._triangles[self._around[nearest]]].reshape(-1, 3, 3))
         normal = normal.reshape(len(nearest), -1, 3).sum(1)
-        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-        height = ((points - skin[first]) * normal[back]).sum(-1)
+        normal = (normal / np.maximum(np.sqrt(dot(normal.T, normal.T)), 1e-12)[:, None]).T
+        height = dot((points - skin[first]).T, normal[:, back])
         # Far from a vertex and high over its plane is outside; near it the triangles around decide.
         rows = np.flatnonzero((height < UNSURE) & (gap < THICKEST))
         near = lambda some: kept[tree.query(points[some], k=NEIGHBOURS)[1]]
@@ -208,6 +232,13 @@ class SkinSurface:
 def surface_of(body: Human) -> SkinSurface:
     """Return the skin of a body, cached for consecutive takes."""
     return SkinSurface(body)
+
+
+def _numbered(values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sorted different values, of integers below a count, and for each value its place among them."""
+    used = np.zeros(count, bool)
+    used[values] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[values]
 
 
 def _topology(body: Human) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

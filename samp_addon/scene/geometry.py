@@ -152,7 +152,7 @@ def area_vectors(triangles: np.ndarray) -> np.ndarray:
     """Return normals (F, 3) whose lengths are the triangles' areas in square metres."""
     u = np.ascontiguousarray((triangles[:, 1] - triangles[:, 0]).T)
     v = np.ascontiguousarray((triangles[:, 2] - triangles[:, 0]).T)
-    return 0.5 * _cross(u, v).T
+    return 0.5 * cross(u, v).T
 
 
 def areas(triangles: np.ndarray) -> np.ndarray:
@@ -195,29 +195,29 @@ def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     point = np.ascontiguousarray(points.T)
     corner = np.ascontiguousarray(triangles.transpose(1, 2, 0))
     edge = [corner[(k + 1) % 3] - corner[k] for k in range(3)]
-    normal = _cross(edge[0], edge[1])
-    size = _dot(normal, normal)
-    height = _dot(point - corner[0], normal) / np.maximum(size, 1e-30)
+    normal = cross(edge[0], edge[1])
+    size = dot(normal, normal)
+    height = dot(point - corner[0], normal) / np.maximum(size, 1e-30)
     foot = point - height * normal
     result, least = np.empty_like(point), np.full(len(points), np.inf)
     inside = size > 1e-24
     for start, along in zip(corner, edge, strict=True):
-        share = _dot(point - start, along) / np.maximum(_dot(along, along), 1e-30)
+        share = dot(point - start, along) / np.maximum(dot(along, along), 1e-30)
         on_edge = start + np.clip(share, 0, 1) * along
         away = on_edge - point
-        gap = _dot(away, away)
+        gap = dot(away, away)
         np.copyto(result, on_edge, where=gap < least)
         np.minimum(least, gap, out=least)
-        inside &= _dot(_cross(along, foot - start), normal) >= 0
+        inside &= dot(cross(along, foot - start), normal) >= 0
     return np.where(inside, foot, result).T
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return dot products (N,) of vectors (3, N)."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return cross products (3, N) of vectors (3, N); four times as fast as np.cross."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 

@@ -433,6 +433,35 @@ def test_flat_furniture_is_read():
     assert len(read_scene.read_target(bpy.context, "Rug").triangles) == 12
 
 
+MESHES = {
+    "triangles": ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 1, 3), (3, 2, 0)]),
+    "quads": ([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)]),
+    "concave": ([(0, 0, 0), (4, 0, 0), (1, 1, 0), (0, 4, 0), (-1, -1, 0)], [(0, 1, 2, 3), (4, 1, 0)]),
+    "faces and a lone edge": ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (5, 5, 5)], [(0, 1, 2)]),
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_triangles_are_those_of_blender(name):
+    points, faces = MESHES[name]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [(0, 3)], faces)
+    add("Thing", data=mesh)
+    mesh.calc_loop_triangles()
+    wanted = [[points[k] for k in triangle.vertices] for triangle in mesh.loop_triangles]
+    found = frames.to_blender(read_scene.read_scene(bpy.context).triangles)
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+
+@pytest.mark.parametrize("points", [[], [(0, 0, 0), (1, 0, 0)]])
+def test_meshes_without_faces_are_left_out(points):
+    mesh = bpy.data.meshes.new("Bare")
+    mesh.from_pydata(points, [(0, 1)] if points else [], [])
+    add("Bare", data=mesh)
+    add("Box")
+    assert read_scene.read_scene(bpy.context).names == ("Box",)
+
+
 def test_reading_does_not_change_the_scene():
     obj = add("Sofa")
     obj.modifiers.new("Subdivision", "SUBSURF")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from samp_blender.samp_addon.body import human
-from samp_blender.samp_addon.evaluation import collision
+from samp_blender.samp_addon.evaluation import collision, skin_depth
 from samp_blender.samp_addon.evaluation.obstacles import Obstacles, shared
 from samp_blender.samp_addon.motion import Motion
 from samp_blender.samp_addon.scene.distance.surface_samples import FixedSamples, samples_in_box, without_twins
@@ -117,6 +117,33 @@ def test_a_take_measures_the_same_whatever_was_measured_before():
     for away in ([2.0, 0.0, 0.0], [-3.0, 0.3, 1.0], [0.2, 0.0, 0.1]):
         collision.measures(Motion(motion.root + away, motion.rotations), used, 0.0)
     assert collision.measures(motion, used, 0.0) == collision.measures(motion, Obstacles(scene), 0.0)
+
+
+@pytest.mark.parametrize("floor", [0.003, 0.008, 0.02, None])
+def test_floors_a_few_millimetres_apart_measure_what_each_does_alone(floor):
+    carpet = rectangle((-0.5, 0.006, -0.5), (0.5, 0.006, 0.5))
+    motion, scene = standing(2), np.concatenate([THIN["sheet"], carpet])
+    used = Obstacles(scene)
+    for other in (0.0, 0.004, 0.015):
+        collision.measures(motion, used, other)
+    assert collision.measures(motion, used, floor) == collision.measures(motion, Obstacles(scene), floor)
+
+
+def test_points_over_all_planes_around_them_are_outside(monkeypatch):
+    body = human.load()
+    surface = skin_depth.surface_of(body)
+    skin, joints = human.skin(body, standing(), surface.vertices)[0], body.joints + [0.0, FLOOR, 0.0]
+    rng = np.random.default_rng(0)
+    near = skin[rng.integers(len(skin), size=3000)]
+    points = near + rng.normal(scale=0.01, size=near.shape)
+    found, deepest = surface.inside(skin, points, joints), surface.deepest(skin, points, joints)
+    everything = lambda self, skin, points, found: (np.arange(len(found.rows)), found.near(found.rows))
+    monkeypatch.setattr(skin_depth.SkinSurface, "_unclear", everything)
+    without = surface.inside(skin, points, joints)
+    assert 500 < len(found.index) < 2500
+    for name in ("index", "depth", "out", "vertex"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(without, name))
+    assert deepest == surface.deepest(skin, points, joints)
 
 
 def test_twins_are_dropped_and_neighbours_kept():

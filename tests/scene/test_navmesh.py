@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from samp_blender.samp_addon.errors import SampError
-from samp_blender.samp_addon.scene.navmesh import navmesh
+from samp_blender.samp_addon.scene.navmesh import heightfield, navmesh
 from samp_blender.samp_addon.scene.navmesh.navmesh import Agent
 from samp_blender.tests.support import layouts
 
@@ -209,6 +209,18 @@ def test_free_places_are_not_in_enclosed_pockets():
     assert len(np.unique(mesh.islands)) == 2
     place, _ = navmesh.free_place(mesh, [0, 0.6, -2.05], (0.2, 0.5), np.random.default_rng(0))
     assert abs(place[0]) > 1 or place[2] > -1.5 or place[2] < -2.6
+
+
+@pytest.mark.parametrize("cells", [50, 4000, 1 << 62])
+def test_cells_are_the_same_by_table_and_by_sorting(cells):
+    rng = np.random.default_rng(0)
+    key, flat = rng.integers(min(cells, 4000), size=500), rng.random(500) < 0.5
+    sorting = heightfield._by_sorting(key, flat, cells)
+    for one, other in zip(heightfield._by_table(key, flat, min(cells, 4000)), sorting, strict=True):
+        np.testing.assert_array_equal(one, other)
+    for number, chosen in zip(*sorting, strict=True):
+        assert key[chosen] == number
+        assert flat[chosen] == flat[key == number].any()
 
 
 @pytest.mark.parametrize("distance", [(0.5, 1.0), (1.5, 3.0), (40.0, 50.0)])

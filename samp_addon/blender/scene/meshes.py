@@ -205,10 +205,18 @@ def _local_mesh(evaluated: bpy.types.Object, owner: bpy.types.Object) -> tuple[n
 def _read_mesh(mesh: bpy.types.Mesh) -> tuple[np.ndarray, np.ndarray]:
     mesh.calc_loop_triangles()
     points = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
-    mesh.vertices.foreach_get("co", points.ravel())
-    mesh.loop_triangles.foreach_get("vertices", corners.ravel())
-    return points, corners
+    loops = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+    # Attributes are copied as a whole; vertices, loops and triangles are read one after the other.
+    if len(points):
+        mesh.attributes["position"].data.foreach_get("vector", points.ravel())
+    if not len(loops):
+        return points, loops
+    vertices = np.empty(len(mesh.loops), dtype=np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", vertices)
+    if len(loops) == len(mesh.polygons):  # all are triangles
+        return points, vertices.reshape(-1, 3)
+    mesh.loop_triangles.foreach_get("loops", loops.ravel())
+    return points, vertices[loops]
 
 
 def _transform(points: np.ndarray, corners: np.ndarray, matrix: object) -> np.ndarray:

@@ -126,8 +126,8 @@ def _clearance(links: np.ndarray, reach: int) -> np.ndarray:
     along the ground, and obstacles on other storeys have no effect.
     """
     offset = _adjacent_blocked_columns(links)
-    distance = np.hypot(*offset)
-    changed = np.flatnonzero(np.isfinite(distance))
+    squared = offset[0] ** 2 + offset[1] ** 2
+    changed = np.flatnonzero(np.isfinite(squared))
     for _ in range(reach):
         updated = []
         for direction in range(4):
@@ -135,15 +135,15 @@ def _clearance(links: np.ndarray, reach: int) -> np.ndarray:
             target = links[direction, changed]
             source, target = changed[target >= 0], target[target >= 0]
             shifted = offset[:, source] - DIRECTIONS[direction][:, None]
-            length = np.hypot(*shifted)
-            closer = length < distance[target] - 1e-6
+            length = shifted[0] ** 2 + shifted[1] ** 2  # of whole numbers, so exact
+            closer = length < squared[target]
             target = target[closer]
-            offset[:, target], distance[target] = shifted[:, closer], length[closer]
+            offset[:, target], squared[target] = shifted[:, closer], length[closer]
             updated.append(target)
         changed = np.unique(np.concatenate(updated))
         if len(changed) == 0:
             break
-    return np.minimum(distance, reach) - 0.5
+    return np.minimum(np.hypot(*offset), reach) - 0.5
 
 
 def _adjacent_blocked_columns(links: np.ndarray) -> np.ndarray:

@@ -16,6 +16,8 @@ BUMP = 0.05
 """Metres. Steep surfaces this close above walkable ground (a carpet's pile) do not block it."""
 OPEN_SKY = 1 << 30
 """Ceiling level of columns without a ceiling."""
+SPARSE, LARGEST_TABLE = 32, 1 << 25
+"""Cells of a grid, for each of its samples and in total, above which cells are found by sorting the samples."""
 
 
 @dataclass(frozen=True)
@@ -88,10 +90,11 @@ class Places:
 
 def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
     """Return the cells that triangles (F, 3, 3) pass through. slope: of the steepest walkable ground, radians."""
-    x, y, z = geometry.area_vectors(triangles).T
+    corners = lattice.columns(triangles)
+    x, y, z = geometry.cross(corners[1] - corners[0], corners[2] - corners[0])
     # Either side may face up: the normals of artists' meshes are unreliable.
     even = y * y >= np.cos(slope) ** 2 * (x * x + y * y + z * z)
-    points, owner = lattice.sample_triangles(triangles, grid.cell * 0.7)
+    points, owner = lattice.sample_triangles(corners, grid.cell * 0.7)
     x, y, z = points.T
     ix, iz = (x - grid.corner[0]) / grid.cell, (z - grid.corner[2]) / grid.cell
     inside = (ix >= 0) & (iz >= 0) & (ix < grid.shape[0]) & (iz < grid.shape[1]) & (y >= grid.corner[1])
@@ -104,10 +107,28 @@ def _distinct(
     column: np.ndarray, level: np.ndarray, height: np.ndarray, flat: np.ndarray, grid: Grid
 ) -> Solid:
     levels = int(level.max(initial=0)) + 1
-    key = column * levels + level
-    bits = len(key).bit_length()
+    key, cells = column * levels + level, grid.shape[0] * grid.shape[1] * levels
     # Walkable ground takes precedence over a chair leg that ends in the same cell; of equals the last one is taken.
-    if grid.shape[0] * grid.shape[1] * levels < 1 << (61 - bits):
+    tabulated = cells <= min(SPARSE * len(key), LARGEST_TABLE)
+    found, chosen = (_by_table if tabulated else _by_sorting)(key, flat, cells)
+    column, level = np.divmod(found, levels)
+    return Solid(column, level, height[chosen], flat[chosen])
+
+
+def _by_table(key: np.ndarray, flat: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different keys, sorted, and the index of the sample chosen for each; keys are below ``cells``."""
+    table = np.full(cells, -1, np.int32)
+    # Of repeated keys the last index stays.
+    for rows in (np.flatnonzero(~flat), np.flatnonzero(flat)):
+        table[key[rows]] = rows
+    found = np.flatnonzero(table >= 0)
+    return found, table[found]
+
+
+def _by_sorting(key: np.ndarray, flat: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same as `_by_table` without memory for every cell."""
+    bits = len(key).bit_length()
+    if cells < 1 << (61 - bits):
         # Sorted as numbers that contain their index, several times as fast as finding the order of the keys.
         order = np.sort(((key * 2 + flat) << bits) + np.arange(len(key)))
         key, chosen = order >> (bits + 1), order & ((1 << bits) - 1)
@@ -115,9 +136,7 @@ def _distinct(
         chosen = np.lexsort((flat, key))
         key = key[chosen]
     last = np.flatnonzero(np.append(key[1:] != key[:-1], True)[: len(key)])
-    column, level = np.divmod(key[last], levels)
-    chosen = chosen[last]
-    return Solid(column, level, height[chosen], flat[chosen])
+    return key[last], chosen[last]
 
 
 def with_ground(solid: Solid, grid: Grid, height: float) -> Solid:

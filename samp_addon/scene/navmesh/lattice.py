@@ -10,23 +10,33 @@ import numpy as np
 from .. import geometry
 
 
-def sample_triangles(triangles: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (M, 3) on triangles (F, 3, 3), at most ``spacing`` metres apart, and their triangles (M,).
+def columns(triangles: np.ndarray) -> np.ndarray:
+    """Return the coordinates (3, 3, F) of triangles (F, 3, 3), by corner and axis: numpy is several times slower along
+    a short last axis."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
-    Edges and corners are included. A triangle smaller than the spacing is represented by its centre: in a mesh of such
-    triangles no location is farther from a point than two thirds of the spacing.
+
+def sample_triangles(corners: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (M, 3) on triangles, at most ``spacing`` metres apart, and their triangles (M,).
+
+    corners: (3, 3, F), see `columns`. Edges and corners are included. A triangle smaller than the spacing is
+    represented by its centre: in a mesh of such triangles no location is farther from a point than two thirds of the
+    spacing.
     """
-    # One array per coordinate: numpy is several times slower along a short last axis.
-    a, b, c = (np.ascontiguousarray(triangles[:, k].T) for k in range(3))
-    squared = np.stack([x * x + y * y + z * z for x, y, z in (b - a, c - b, a - c)])
+    a, b, c = corners
+    squared = np.empty((3, corners.shape[2]))
+    for k in range(3):
+        edge = corners[(k + 1) % 3] - corners[k]
+        squared[k] = geometry.dot(edge, edge)
     longest = np.sqrt(np.maximum(np.maximum(squared[0], squared[1]), squared[2]))
     tiny = np.flatnonzero(longest < spacing)
     large = np.flatnonzero(longest >= spacing)
-    centres = ((a + b + c) / 3).take(tiny, axis=1)
+    centres = (a.take(tiny, 1) + b.take(tiny, 1) + c.take(tiny, 1)) / 3
     if len(large) == 0:
         return centres.T, tiny
-    columns, index = _rows(triangles[large], squared[:, large].argmax(axis=0), longest[large], spacing)
-    return np.concatenate([columns, centres], axis=1).T, np.concatenate([large[index], tiny])
+    longer = corners.take(large, axis=2).transpose(2, 0, 1)
+    points, index = _rows(longer, squared[:, large].argmax(axis=0), longest[large], spacing)
+    return np.concatenate([points, centres], axis=1).T, np.concatenate([large[index], tiny])
 
 
 def _rows(

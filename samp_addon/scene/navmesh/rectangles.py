@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from .ground import DIRECTIONS, Ground
+
+AT_ONCE = 1024
+"""Columns that are looked up together: most are in rectangles of earlier ones."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ def cover(ground: Ground, walkable: np.ndarray) -> Rectangles:
         steps = [bytearray(flags.tobytes()) for flags in _steps_inside(ground, walkable, numbers)]
         taken = bytearray(numbers.size)
         here = seeds[layer_of[seeds] == layer]
-        for at in (ground.places.x[here] * width + ground.places.z[here]).tolist():
+        for at in _left(ground.places.x[here] * width + ground.places.z[here], taken):
             if not taken[at]:
                 x0, x1, z0, z1 = _grow(*steps, width, *divmod(at, width))
                 for x in range(x0, x1 + 1):
@@ -69,6 +73,14 @@ def cover(ground: Ground, walkable: np.ndarray) -> Rectangles:
     layer, first, last = table[:, 0], table[:, 1:3], table[:, 3:5]
     rough = ground.rough[ground.index[layer, first[:, 0], first[:, 1]]]
     return Rectangles(first, last, layer, owner, rough)
+
+
+def _left(columns: np.ndarray, taken: bytearray) -> Iterator[int]:
+    """Yield the columns (K,) in their order, without most of those that are taken by then."""
+    flags = np.frombuffer(taken, np.uint8)
+    for first in range(0, len(columns), AT_ONCE):
+        some = columns[first : first + AT_ONCE]
+        yield from some[flags[some] == 0].tolist()
 
 
 def _steps_inside(ground: Ground, walkable: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
