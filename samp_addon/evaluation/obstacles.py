@@ -64,7 +64,6 @@ class Obstacles:
         # Opposite twins of two-sided faces cancel each other's winding number.
         self._triangles = without_twins(np.asarray(triangles, dtype=np.float64))[0]
         self._tops = self._triangles[..., 1].max(1)
-        self._sorted_tops = np.sort(self._tops)
         self._above: OrderedDict[int, _Above] = OrderedDict()
         self._carpets: OrderedDict[float, Surface | None] = OrderedDict()
         self._lock = threading.Lock()
@@ -98,11 +97,10 @@ class Obstacles:
 
     def _above_floor(self, floor: float | None) -> _Above:
         """Return the triangles above a floor's own slab and the carpets on it."""
-        over = -np.inf if floor is None else floor + CONTACT_DISTANCE
-        # Floors that differ by a few millimetres have the same triangles above them.
-        count = len(self._tops) - int(np.searchsorted(self._sorted_tops, over, side="right"))
+        above = self._tops > (-np.inf if floor is None else floor + CONTACT_DISTANCE)
+        # Floors that differ by a few millimetres have the same triangles above them: as many are the same.
         with self._lock:
-            return _recent(self._above, count, lambda: _Above(self._triangles[self._tops > over]))
+            return _recent(self._above, int(above.sum()), lambda: _Above(self._triangles[above]))
 
     def _touch_carpets(self, vertices: np.ndarray, touching: np.ndarray, floor: float) -> None:
         """Flag the vertices (T, V, 3) that touch carpets, surfaces slightly above the floor."""

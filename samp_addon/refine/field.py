@@ -37,8 +37,11 @@ class Field:
         """Return the distances (N,) of points (N, 3), at most signed_distance.BAND, and their gradients (N, 3), which
         point out of the scene."""
         distance, slope = np.full(len(points), signed_distance.BAND), np.zeros((len(points), 3))
-        for part, give in self.parts:
+        for number, (part, give) in enumerate(self.parts):
             found, gradient = part.at(points)
+            if number == 0 and give == 0:  # most scenes have no other part
+                distance, slope = found, gradient
+                continue
             nearer = found + give < distance
             distance[nearer], slope[nearer] = found[nearer] + give, gradient[nearer]
         if self.floor is not None:

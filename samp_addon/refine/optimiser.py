@@ -23,7 +23,7 @@ from .feet.plan import FootPlan
 from .field import Field
 from .hands.palm import HandContact, offset
 from .hovering import TOUCHING, supported
-from .pose import Pose, Skin, changed, rotation_matrices, spline_basis
+from .pose import Along, Pose, Skin, changed, spline_basis
 from .thin_things import ThinThings
 
 STEPS = (40, 80)  # of the two stages
@@ -66,18 +66,20 @@ _FEET = [skeleton.INDEX[f"{side}_{name}"] for name in ("ankle", "foot") for side
 class NearVertices:
     """Vertices near surfaces, as last sampled.
 
-    row, vertex: (N,) indices of the sampled frame and of the vertex. place, gradient: (N, 3) its position and the
-    gradient of its distance; distance: (N,). rests: (N,) flags of skin that rests on surfaces. nearest: indices among
-    the N of the nearest vertex in each frame in which the body is supported.
+    distance: (N,) metres, linear along its gradient. along: the vertices in the direction of the gradient. margin: (N,)
+    metres to keep. rests: (N,) flags of skin that rests on surfaces. nearest: indices among the N of the nearest vertex
+    in each frame in which the body is supported.
     """
 
-    row: torch.Tensor
-    vertex: torch.Tensor
-    place: torch.Tensor
-    gradient: torch.Tensor
     distance: torch.Tensor
+    along: Along
+    margin: torch.Tensor
     rests: torch.Tensor
     nearest: torch.Tensor
+
+    def distance_at(self, transforms: torch.Tensor) -> torch.Tensor:
+        """Return the distances (N,) under other transforms (3, 4, R, 55) of the joints."""
+        return self.distance + self.along.at(transforms)
 
 
 @dataclass(frozen=True)
@@ -139,8 +141,8 @@ class Optimiser:
         self.still = torch.tensor(np.asarray(speed) < STILL)[self.rows]
         self.supported = supported(motion)[self.rows.numpy()]
         with torch.no_grad():
-            none = torch.zeros(len(motion), 3), torch.zeros(len(motion), skeleton.BODY_COUNT, 3)
-            self.before, _ = self.pose.joints(*none)
+            still = self.pose.locally(torch.zeros(len(motion), skeleton.BODY_COUNT, 3))
+            self.before, _ = self.pose.joints(torch.zeros(len(motion), 3), still)
         self.near: NearVertices | None = None
         self.thin, self.pierced, self._samplings = thin, None, 0
 
@@ -181,18 +183,18 @@ class Optimiser:
     def loss(self, stage: int) -> torch.Tensor:
         """Return the weighted sum of all energies; the first stage lets feet slide."""
         shift, turn = self.changes()
-        placed, turned = self.pose.joints(shift, turn)
+        local = self.pose.locally(turn)
+        placed, turned = self.pose.joints(shift, local)
         near, frames = self.near, len(self.rows)
         transforms = self.pose.transforms(placed, turned, self.rows)
-        skin = self.skin.at(transforms, near.row, near.vertex)
-        distance = near.distance + ((skin - near.place) * near.gradient).sum(-1)
+        distance = near.distance_at(transforms)
         parts = {
-            "collision": energies.collision(distance, self.margin[near.vertex], frames),
+            "collision": energies.collision(distance, near.margin, frames),
             "contact": energies.contact(distance[near.rests], TOUCHING, frames)
             + SUPPORT * energies.support(distance.index_select(0, near.nearest), TOUCHING, frames),
             "smooth": energies.smoothness(placed - self.before) * self.motion.fps / 30,
             "close": energies.closeness(shift, turn, self.stiffness),
-            "limits": energies.joint_limits(self.pose.local @ rotation_matrices(turn), self.limits),
+            "limits": energies.joint_limits(local, self.limits),
         }
         feet = placed[:, _FEET], self.feet_at, self.standing
         if self.pierced is not None:
@@ -230,10 +232,10 @@ class Optimiser:
         distance, gradient = distance[close], gradient[close]
         length = np.linalg.norm(gradient, axis=-1, keepdims=True)
         row, vertex = np.divmod(chosen, skin.shape[1])
-        tensor = lambda a: torch.tensor(a, dtype=torch.float32)
+        gradient = gradient / np.maximum(length, 1.0)
         self.near = NearVertices(
-            torch.as_tensor(row), torch.as_tensor(vertex), tensor(points), tensor(gradient / np.maximum(length, 1.0)),
-            tensor(distance), self.rests[vertex] & self.still[row] & torch.as_tensor(distance < TOUCH_FROM),
+            torch.tensor(distance, dtype=torch.float32), self.skin.along(sampled, row, vertex, gradient),
+            self.margin[vertex], self.rests[vertex] & self.still[row] & torch.as_tensor(distance < TOUCH_FROM),
             torch.as_tensor(self._nearest(row, distance)),
         )  # fmt: skip
 

@@ -23,7 +23,7 @@ from ..scene.distance.point_cells import PointCells
 from ..scene.distance.surface_samples import samples_in_box
 from ..scene.geometry import area_vectors, extent
 from ..skeleton import INDEX, forward_kinematics
-from .pose import Skin
+from .pose import Along, Skin
 
 SPACING = 0.02
 """Metres between samples; coarser than for the measures."""
@@ -74,25 +74,20 @@ UPRIGHT_VIEW = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
 class Pierced:
     """Samples inside the body as last looked at.
 
-    row, vertex: (N,) of the frame and the nearest skin. place, out: (N, 3) where that skin was in the frame that was
-    looked at, and the direction to it. depth: (N,) metres, there. weight: (N,) frames that the sampled one stands for.
-    point: (N, 3) the samples. seat: (N,) flags of seats under the body. skin: of all vertices.
+    point, out: (N, 3) each, and the direction to the nearest skin. seat: (N,) flags of seats. depth: (N,) metres.
+    weight: (N,) frames that the sampled one stands for. along: the nearest skin in the direction ``out``.
     """
 
-    row: torch.Tensor
-    vertex: torch.Tensor
-    place: torch.Tensor
-    out: torch.Tensor
+    point: np.ndarray
+    out: np.ndarray
+    seat: np.ndarray
     depth: torch.Tensor
     weight: torch.Tensor
-    point: torch.Tensor
-    seat: torch.Tensor
-    skin: Skin
+    along: Along
 
     def depth_at(self, transforms: torch.Tensor) -> torch.Tensor:
-        """Return the depths (N,) under other transforms (R, 55, 3, 4) of the joints, linear in the skin's place."""
-        moved = self.skin.at(transforms, self.row, self.vertex) - self.place
-        return self.depth + (moved * self.out).sum(-1)
+        """Return the depths (N,) under other transforms (3, 4, R, 55) of the joints, linear in the skin's place."""
+        return self.depth + self.along.at(transforms)
 
 
 class ThinThings:
@@ -188,11 +183,12 @@ class ThinThings:
             return None
         joined = lambda name: np.concatenate([getattr(found[int(k)], name) for k in looked_at])
         tensor = lambda a: torch.tensor(np.asarray(a), dtype=torch.float32)
-        return Pierced(
-            torch.as_tensor(np.repeat(rows, count)), torch.as_tensor(joined("vertex")), tensor(joined("place")),
-            tensor(joined("out")), tensor(joined("depth")), tensor(np.repeat(weight, count)),
-            tensor(joined("point")), torch.as_tensor(joined("seat")), self.skin,
-        )  # fmt: skip
+        out = joined("out")
+        along = self.skin.along(motion, np.repeat(rows, count), joined("vertex"), out)
+        # The nearest skin was found in the frame that was looked at, a little away from where it is in the pushed one.
+        depth = joined("depth") + along.start - (joined("place") * out).sum(-1)
+        weight = tensor(np.repeat(weight, count))
+        return Pierced(joined("point"), out, joined("seat"), tensor(depth), weight, along)
 
     def _found(self, motion: Motion, rows: np.ndarray) -> dict[int, _Found]:
         """Return the samples inside the body for each of some frames in which any is near."""
@@ -261,7 +257,11 @@ class ThinThings:
 
 @dataclass(frozen=True)
 class _Found:
-    """Samples inside the body in one frame; fields as of Pierced. nearest: (N,) depths to the nearest skin."""
+    """Samples inside the body in one frame.
+
+    vertex: (N,) of the nearest skin. place, out: (N, 3) where it is, and the direction to it. depth: (N,) metres.
+    point: (N, 3) the samples. seat: (N,) flags of seats under the body. nearest: (N,) depths to the nearest skin.
+    """
 
     vertex: np.ndarray
     place: np.ndarray

@@ -32,14 +32,16 @@ def depth(motion, scene):
 def test_skin_matches_the_body_and_spline_weights_add_up():
     motion, body = standing(0.5), human.load()
     made = pose.Pose(motion, body)
-    still = torch.zeros(len(motion), 3), torch.zeros(len(motion), 22, 3)
-    placed, turned = made.joints(*still)
+    still = made.locally(torch.zeros(len(motion), 22, 3))
+    placed, turned = made.joints(torch.zeros(len(motion), 3), still)
     np.testing.assert_allclose(placed.numpy(), motion.forward_kinematics()[0], atol=1e-5)
-    rows = torch.tensor([0, 7])
-    skin = pose.Skin(body, body.collision)
-    vertices = torch.arange(2048)
-    found = skin.at(made.transforms(placed, turned, rows), torch.ones(2048, dtype=torch.long), vertices)
-    np.testing.assert_allclose(found.numpy(), human.skin(body, motion, body.collision)[7], atol=1e-5)
+    rows, frames = torch.tensor([0, 7]), np.ones(2048, int)
+    skin, vertices = pose.Skin(body, body.collision), np.arange(2048)
+    before, after = motion.pose_slice(np.array([0, 0])), made.transforms(placed, turned, rows)
+    for axis in np.eye(3):
+        along = skin.along(before, frames, vertices, np.tile(axis, (2048, 1)))
+        found = along.start + along.at(after).numpy()
+        np.testing.assert_allclose(found, human.skin(body, motion, body.collision)[7] @ axis, atol=1e-5)
     np.testing.assert_allclose(pose.spline_basis(50, 24.0).sum(1), 1.0)
 
 
@@ -48,7 +50,8 @@ def test_changes_agree_between_torch_and_motion():
     rng = np.random.default_rng(0)
     shift, turn = 0.1 * rng.standard_normal((len(motion), 3)), 0.3 * rng.standard_normal((len(motion), 22, 3))
     tensor = lambda a: torch.tensor(a, dtype=torch.float32)
-    placed, _ = pose.Pose(motion, human.load()).joints(tensor(shift), tensor(turn))
+    made = pose.Pose(motion, human.load())
+    placed, _ = made.joints(tensor(shift), made.locally(tensor(turn)))
     moved = pose.changed(motion, shift, turn).forward_kinematics()[0]
     np.testing.assert_allclose(placed.numpy(), moved, atol=2e-5)
 
