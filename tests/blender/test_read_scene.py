@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from samp_blender.samp_addon import frames
+from samp_blender.samp_addon.blender import compat
 from samp_blender.samp_addon.blender.scene import candidates, read_scene
 from samp_blender.samp_addon.errors import SampError
 
@@ -98,7 +99,7 @@ def collision_hull():
 
 
 def fog():
-    material = bpy.data.materials.new("Fog")
+    material = compat.new_node_material("Fog")
     nodes, links = material.node_tree.nodes, material.node_tree.links
     nodes.clear()
     volume = nodes.new("ShaderNodeVolumePrincipled")
