@@ -11,7 +11,7 @@ from ..blender.scene import open_scene
 from ..blender.takes import reporting
 from ..errors import SampError, UsageError
 from ..pipeline.driver import Toolbox
-from . import command_line, jobs_file, report_file
+from . import command_line, jobs_file, memory, report_file
 from .carry_out import Outcome, Place, carry_out, require_scene
 from .console import Console
 from .farm import stopping
@@ -61,6 +61,7 @@ def bake_lines(
         report.repetitions += [entry] if "repeats" in entry else []
         console.say(f"{place.label}{state}")
         report.update(last=index + 1 == len(chosen))
+        memory.give_back()
     if not chosen:
         report.update(last=True)
     console.advance(1.0, f"{len(chosen) - failed} of {len(chosen)} lines done")

@@ -7,10 +7,11 @@ import itertools
 import json
 import os
 import signal
+import sys
 import time
 
 import pytest
-from samp_blender.samp_addon.batch import main, many
+from samp_blender.samp_addon.batch import main, many, memory
 from samp_blender.samp_addon.batch.carry_out import Outcome
 from samp_blender.samp_addon.batch.farm import selection
 
@@ -323,3 +324,28 @@ def test_a_stop_is_not_lost_where_blender_drops_the_exception(night, monkeypatch
     assert signal.getsignal(signal.SIGTERM) is before
     monkeypatch.setattr(many, "carry_out", carry_out)
     assert run("--report", "r.json") == 0 and night == [1, 2, 3]
+
+
+def test_memory_is_given_back_after_each_line(night, monkeypatch):
+    after = []
+    monkeypatch.setattr(memory, "give_back", lambda: after.append(len(night)))
+    write_jobs({"seed": 1}, {"seed": 2}, {"seed": 3})
+    run("--npz", "npz")
+    assert after == [1, 2, 3]
+
+
+def test_the_holes_between_what_is_kept_are_given_back():
+    if not sys.platform.startswith("linux") or memory._trim()(0) is None:
+        pytest.skip("only glibc keeps them and can give them back")
+    blocks = [b"x" * 100_000 for _ in range(2000)]
+    del blocks[::2]
+    before = resident()
+    memory.give_back()
+    assert before - resident() > 50
+    assert len(blocks) == 1000
+
+
+def resident():
+    """The process's memory, MB."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
