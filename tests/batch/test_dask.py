@@ -103,6 +103,12 @@ def test_a_chunk_is_submitted_again_after_an_unexpected_error(client, tmp_path, 
     assert seen[0] == (0, 0, 1) and seen[-1] == (4, failed, 1)
 
 
+def test_workers_of_this_machine_keep_no_profile():
+    with dask_cluster.connected("local:1", ":0") as client:
+        callbacks = client.submit(dask_fakes.callbacks).result()
+    assert "heartbeat" in callbacks and "profile" not in callbacks
+
+
 def test_workers_with_several_threads_are_refused(tmp_path):
     options = {"threads_per_worker": 2, "processes": False, "dashboard_address": ":0"}
     with (

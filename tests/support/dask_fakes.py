@@ -27,6 +27,13 @@ def with_fakes_and_a_death(work, chunk):
     return with_fakes(work, chunk)
 
 
+def callbacks():
+    """Return what the worker does at times."""
+    import distributed
+
+    return sorted(distributed.get_worker().periodic_callbacks)
+
+
 def slow(work, chunk):
     """Note the start and the end of a chunk, with half a second between; without Blender."""
     note(work, f"begun {chunk.name} {os.getpid()}")

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import dask
 import distributed
 
 from ...errors import UsageError
@@ -25,6 +26,10 @@ EVERY = 2.0
 
 CONNECT = 30
 """Seconds in which a scheduler has to answer."""
+
+SETTINGS = {"distributed.worker.profile.enabled": False}
+"""Of Dask on this machine's workers: its profiler looks at the stack a hundred times a second and keeps what it sees,
+0.2 MB a second of every worker."""
 
 Bake = Callable[[Work, Chunk], int]
 
@@ -50,6 +55,7 @@ def connected(scheduler: str, dashboard: str) -> Iterator[distributed.Client]:
         if not workers.isdigit() or int(workers) == 0:
             raise UsageError(f"--scheduler is '{scheduler}'; write local:N with N workers, such as local:4.")
         with (
+            dask.config.set(SETTINGS),
             distributed.LocalCluster(
                 n_workers=int(workers), threads_per_worker=1, processes=True, dashboard_address=dashboard
             ) as cluster,
