@@ -1,4 +1,4 @@
-"""The default human: mesh, joints, skin weights and shapes, and linear blend skinning in numpy and torch.
+"""The default human: mesh, joints, skin weights and shapes, and linear blend skinning.
 
 Written by training/build_body.py into human.npz. Network frame, metres, the pelvis joint at the origin in the
 rest pose, which is SMPL-X's T-pose.
@@ -11,7 +11,6 @@ import zipfile
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +18,7 @@ from .. import rotation, skeleton
 from ..errors import SampError
 from ..motion import Motion
 from . import brows
-from .hands import complete, relaxed_hands
-
-if TYPE_CHECKING:
-    import torch
+from .hands import complete
 
 ASSET = Path(__file__).parent / "human.npz"
 SIZE = "size"
@@ -81,9 +77,9 @@ class Human:
         return replace(self, vertices=_frozen(moved), joints=_frozen(joints - joints[0]), shapes={})
 
     def blend_matrix(self, subset: np.ndarray | None = None) -> np.ndarray:
-        """Return weight times (x, y, z, 1) for each joint, (55 * 4, V): skinning is one product with it. Read-only.
+        """Return weight times (x, y, z, 1) for each joint, (55 * 4, V): skinning is one product with it.
 
-        subset: vertex indices (V,); all if left out.
+        Single precision, read-only. subset: vertex indices (V,); all if left out.
         """
         return _blend_matrix(self, None if subset is None else np.asarray(subset, np.int64).tobytes())
 
@@ -100,7 +96,7 @@ def _blend_matrix(human: Human, subset: bytes | None) -> np.ndarray:
             (human.weight_joints[chosen, k], np.arange(len(chosen))),
             human.weights[chosen, k, None] * points,
         )
-    return _frozen(table.reshape(-1, len(chosen)))
+    return _frozen(table.reshape(-1, len(chosen)).astype(np.float32))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
@@ -152,7 +148,7 @@ def skin(human: Human, motion: Motion, subset: np.ndarray | None = None, chunk: 
     The bone lengths are the human's, not the motion's; the pelvis joint is placed at the motion's root. subset: vertex
     indices, such as human.collision. chunk: frames processed together, which bounds the memory.
     """
-    table = human.blend_matrix(subset).astype(np.float32)
+    table = human.blend_matrix(subset)
     rotations = complete(motion.rotations)
     positions, globals_ = skeleton.forward_kinematics(np.zeros_like(motion.root), rotations, human.joints)
     matrices = rotation.quaternion_to_matrix(globals_)
@@ -172,33 +168,3 @@ def back_of(human: Human) -> np.ndarray:
     owner = np.take_along_axis(human.weight_joints, human.weights.argmax(1)[:, None], 1)[:, 0]
     behind = human.vertices[:, 2] < np.percentile(human.vertices[:, 2], 25)
     return np.flatnonzero(np.isin(owner, [skeleton.INDEX[name] for name in SPINE]) & behind)
-
-
-def skin_torch(
-    human: Human, root: torch.Tensor, rotations: torch.Tensor, subset: np.ndarray | None = None
-) -> tuple[torch.Tensor, torch.Tensor]:
-    """Compute vertices and joints with gradients with respect to root and rotations, for the optimiser.
-
-    root: (T, 3) world position of the pelvis joint, metres. rotations: (T, J, 3, 3) local rotation matrices
-    of J >= 22 joints; missing ones are relaxed. Returns vertices (T, V, 3) and joints (T, 55, 3), in the
-    precision of root.
-    """
-    import torch
-
-    like = {"dtype": root.dtype, "device": root.device}
-    rest = torch.as_tensor(human.joints.copy(), **like)
-    missing = len(skeleton.JOINTS) - rotations.shape[1]
-    if missing:
-        tail = torch.as_tensor(rotation.quaternion_to_matrix(relaxed_hands())[-missing:], **like)
-        rotations = torch.cat([rotations, tail.expand(len(root), -1, -1, -1)], dim=1)
-    turned, placed = [rotations[:, 0]], [root]
-    for j in range(1, len(skeleton.JOINTS)):
-        parent = skeleton.PARENTS[j]
-        turned.append(turned[parent] @ rotations[:, j])
-        placed.append(placed[parent] + turned[parent] @ (rest[j] - rest[parent]))
-    matrices, joints = torch.stack(turned, 1), torch.stack(placed, 1)
-    offsets = joints - (matrices @ rest[..., None])[..., 0]
-    transforms = torch.cat([matrices, offsets[..., None]], dim=-1)
-    table = torch.tensor(human.blend_matrix(subset), **like)
-    flat = transforms.transpose(1, 2).reshape(-1, table.shape[0])
-    return (flat @ table).reshape(len(root), 3, -1).transpose(1, 2), joints

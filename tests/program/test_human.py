@@ -7,7 +7,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-import torch
 from samp_blender.samp_addon import frames, rotation, skeleton
 from samp_blender.samp_addon.blender.actions import keyframes
 from samp_blender.samp_addon.blender.character import character
@@ -92,28 +91,6 @@ def test_skin_at_rest_and_moved():
     turned[:, 0] = rotation.about_y(np.pi / 2)
     shown = human.skin(body, Motion(root, turned), chunk=1)[1] - root[1]
     assert np.abs(shown - body.vertices[:, [2, 1, 0]] * (1, 1, -1)).max() < 1e-5
-
-
-@pytest.mark.parametrize("joints", [22, 55])
-def test_torch_skinning_agrees_and_has_gradients(joints):
-    body, take = human.load(), rigs.take(6, joints)
-    root = torch.tensor(take.root, requires_grad=True)
-    turns = torch.tensor(rotation.quaternion_to_matrix(take.rotations), requires_grad=True)
-    vertices, placed = human.skin_torch(body, root, turns, body.collision)
-    expected = human.skin(body, take, body.collision)
-    assert np.abs(vertices.detach().numpy() - expected).max() < 1e-5
-    positions, _ = take.forward_kinematics()
-    assert np.abs(placed.detach().numpy()[:, :joints] - positions).max() < 1e-9
-    vertices[..., 1].mean().backward()
-    assert torch.allclose(root.grad[:, 1], torch.full((6,), 1 / 6, dtype=torch.float64))
-    step = 1e-6
-    nudged = turns.detach().clone()
-    nudged[2, 16, 0, 1] += step
-    slope = (
-        human.skin_torch(body, root.detach(), nudged, body.collision)[0][..., 1].mean()
-        - vertices[..., 1].mean()
-    ) / step
-    assert abs(slope.item() - turns.grad[2, 16, 0, 1].item()) < 1e-5
 
 
 @pytest.mark.parametrize("shapes", [{}, {"female": 1.0, "tall": 0.5}])
