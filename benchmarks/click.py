@@ -1,4 +1,4 @@
-"""Waiting times: baking a take, and a complete click of Sit Here in the living room of the demo.
+"""Waiting times: baking a take, and complete clicks of Sit Here and Improvise in the living room of the demo.
 
 python -m samp_blender.benchmarks.click
 """
@@ -29,6 +29,7 @@ Seconds = tuple[float, float]
 """Seconds by the clock, and of the processor; other programs lengthen the first more than the second."""
 
 SIT = Job(action="sit", target="Sofa", start=(-0.2, -2.3, 0.0, 200.0), hold=2.5)
+IMPROVISE = Job(action="", method="scene_gan", settings={"seconds": 10.0})
 
 
 def bake_seconds(runs: int = 5) -> float:
@@ -63,6 +64,13 @@ def click_seconds() -> tuple[list[tuple[Seconds, dict]], Seconds, list[dict]]:
     return clicks, took, many[0].variants
 
 
+def press_seconds() -> list[Seconds]:
+    """Time presses of Improvise with the camera's picture; the first includes all loading."""
+    return [
+        _timed(lambda s=seed: baking.run(bpy.context, replace(IMPROVISE, seed=s))) for seed in range(CLICKS)
+    ]
+
+
 def _timed(work: Callable[[], object]) -> Seconds:
     begun = time.perf_counter(), time.process_time()
     work()
@@ -91,6 +99,8 @@ def main() -> None:
     text = f"{took_many[0]:.1f} s (processor {took_many[1]:.1f} s)"
     summary = f"{text}, {took_many[0] / one[0]:.1f} times one ({took_many[1] / one[1]:.1f}), {tries} attempts"
     print(f"{MANY} takes at once: {summary} ({_parts(many[0])}, the rest is writing and measuring)")
+    pressed = ", ".join(f"{clock:.1f} s (processor {own:.1f} s)" for clock, own in press_seconds())
+    print(f"Improvise, takes of {IMPROVISE.settings['seconds']:.0f} s: {pressed}")
 
 
 if __name__ == "__main__":
