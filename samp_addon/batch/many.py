@@ -61,7 +61,6 @@ def bake_lines(
         report.repetitions += [entry] if "repeats" in entry else []
         console.say(f"{place.label}{state}")
         report.update(last=index + 1 == len(chosen))
-        memory.give_back()
     if not chosen:
         report.update(last=True)
     console.advance(1.0, f"{len(chosen) - failed} of {len(chosen)} lines done")
@@ -130,6 +129,7 @@ class _Run:
     def _carried_out(self, made: Order, place: Place) -> Outcome:
         saved = self.ledger.saved(made)
         outcome = carry_out(made, self.tools, self.console, saved, place)
+        memory.give_back()
         if not outcome.errors:
             self.ledger.record(made, outcome.variants, outcome.files)
             saved.forget()

@@ -75,11 +75,12 @@ class Pose:
         local = rotation.quaternion_to_matrix(rotations)
         placed, turned = skeleton.forward_kinematics(motion.root, rotations, body.joints)
         turned = rotation.quaternion_to_matrix(turned)
-        self.anchor = torch.as_tensor(_anchors())
+        anchor = _anchors()
         # Hands and face are kept in the frame of the wrist or head that carries them.
-        held = turned[:, _anchors()].swapaxes(-1, -2)
-        away = (held @ (placed - placed[:, _anchors()])[..., None])[..., 0]
+        held = turned[:, anchor].swapaxes(-1, -2)
+        away = (held @ (placed - placed[:, anchor])[..., None])[..., 0]
         tensor = lambda a: torch.tensor(np.ascontiguousarray(a), dtype=torch.float32)
+        self._anchor = torch.as_tensor(anchor)
         # By coordinate, see _first.
         self._local = tensor(np.moveaxis(local[:, :_BODY], (-2, -1), (0, 1)))
         self._local_turns = tensor(np.moveaxis(held @ turned, (-2, -1), (0, 1)))
@@ -114,7 +115,7 @@ class Pose:
 
     def transforms(self, placed: torch.Tensor, turned: torch.Tensor, frames: torch.Tensor) -> torch.Tensor:
         """Return the transforms (3, 4, N, 55) from the frames of all joints to the world, in some frames (N,)."""
-        carried = lambda values: values.index_select(-2, frames).index_select(-1, self.anchor)
+        carried = lambda values: values.index_select(-2, frames).index_select(-1, self._anchor)
         held = carried(_first(turned))
         away = _times(held, self._local_places.index_select(-2, frames))
         matrices = _times(held, self._local_turns.index_select(-2, frames))

@@ -191,9 +191,7 @@ def evenly_inside(triangles: np.ndarray, index: np.ndarray, step: np.ndarray) ->
 
 def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return the exact closest points (N, 3) on triangles (N, 3, 3) to points (N, 3), pairwise; metres."""
-    # One array per coordinate: numpy is several times slower along a short last axis.
-    point = np.ascontiguousarray(points.T)
-    corner = np.ascontiguousarray(triangles.transpose(1, 2, 0))
+    point, corner = np.ascontiguousarray(points.T), by_corner(triangles)
     edge = [corner[(k + 1) % 3] - corner[k] for k in range(3)]
     normal = cross(edge[0], edge[1])
     size = dot(normal, normal)
@@ -210,6 +208,12 @@ def closest_points(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         np.minimum(least, gap, out=least)
         inside &= dot(cross(along, foot - start), normal) >= 0
     return np.where(inside, foot, result).T
+
+
+def by_corner(triangles: np.ndarray) -> np.ndarray:
+    """Return the coordinates (3, 3, F) of triangles (F, 3, 3), by corner and axis: numpy is several times slower along
+    a short last axis."""
+    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

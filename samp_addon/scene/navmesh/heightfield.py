@@ -90,7 +90,7 @@ class Places:
 
 def solid_cells(triangles: np.ndarray, grid: Grid, slope: float) -> Solid:
     """Return the cells that triangles (F, 3, 3) pass through. slope: of the steepest walkable ground, radians."""
-    corners = lattice.columns(triangles)
+    corners = geometry.by_corner(triangles)
     x, y, z = geometry.cross(corners[1] - corners[0], corners[2] - corners[0])
     # Either side may face up: the normals of artists' meshes are unreliable.
     even = y * y >= np.cos(slope) ** 2 * (x * x + y * y + z * z)

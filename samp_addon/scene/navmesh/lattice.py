@@ -10,16 +10,10 @@ import numpy as np
 from .. import geometry
 
 
-def columns(triangles: np.ndarray) -> np.ndarray:
-    """Return the coordinates (3, 3, F) of triangles (F, 3, 3), by corner and axis: numpy is several times slower along
-    a short last axis."""
-    return np.ascontiguousarray(triangles.transpose(1, 2, 0))
-
-
 def sample_triangles(corners: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Return points (M, 3) on triangles, at most ``spacing`` metres apart, and their triangles (M,).
 
-    corners: (3, 3, F), see `columns`. Edges and corners are included. A triangle smaller than the spacing is
+    corners: (3, 3, F), see geometry.by_corner. Edges and corners are included. A triangle smaller than the spacing is
     represented by its centre: in a mesh of such triangles no location is farther from a point than two thirds of the
     spacing.
     """

@@ -22,16 +22,16 @@ JOB = Job(action="", method="scene_gan")
 
 
 class Standing:
-    """A method whose takes stand still for one second. told: the other characters passed to each call."""
+    """A method whose takes stand still for one second. received: the other characters, for each call."""
 
     name, label, description, actions, options, batch_size = "scene_gan", "", "", (), (), 4
     needs = frozenset({"start", "others"})
 
     def __init__(self):
-        self.told = []
+        self.received = []
 
     def generate(self, step, scene, draws, progress):
-        self.told.append(list(scene.others))
+        self.received.append(list(scene.others))
         root = np.tile(scene.start[0] + [0.0, -human.load().floor, 0.0], (31, 1))
         pose = np.tile([1.0, 0.0, 0.0, 0.0], (31, 22, 1))
         contacts, actions = np.zeros((31, 5)), np.zeros((31, 5))
@@ -62,11 +62,13 @@ def test_each_member_knows_those_before_it():
     passer = Other("Dora", track(*np.linspace(-3, -2.5, 21)), np.array([-2.5, 0.95, 2.0]))
     cast = Cast(tuple(role.member for role in (ann, ben, cem)))
     (made,) = directing.run(CastWork(cast, (ann, ben, cem), (passer,)), tools=Toolbox({"scene_gan": method}))
-    assert not made.failures and [len(others) for others in method.told] == [1, 2, 3]
-    for others, start in zip(method.told, (-3.0, -2.75, -3.0), strict=True):
+    assert not made.failures and [len(others) for others in method.received] == [1, 2, 3]
+    for others, start in zip(method.received, (-3.0, -2.75, -3.0), strict=True):
         assert others[-1].centres[0, 0, 0] == pytest.approx(start)
-    assert method.told[1][0].centres[0].mean(0)[0] == pytest.approx(-2.0, abs=0.1)  # Ann
-    assert len(method.told[2][1]) == len(method.told[2][0]) + directing.RATE  # Ben, from a second later on
+    assert method.received[1][0].centres[0].mean(0)[0] == pytest.approx(-2.0, abs=0.1)  # Ann
+    assert (
+        len(method.received[2][1]) == len(method.received[2][0]) + directing.RATE
+    )  # Ben, from a second later on
 
 
 def test_a_character_beside_others_knows_their_ways():
@@ -74,4 +76,4 @@ def test_a_character_beside_others_knows_their_ways():
     work = beside(Work(JOB, [view(0.0)], body=human.load()), [passer])
     takes, failures = driver.run(work, tools=Toolbox({"scene_gan": method}))
     assert len(takes) == 1 and not failures
-    assert [other.centres[0, 0, 0] for other in method.told[0]] == [3.0]
+    assert [other.centres[0, 0, 0] for other in method.received[0]] == [3.0]
