@@ -6,6 +6,7 @@ change; hands and face follow wrist and head rigidly. Network frame, metres, rad
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -85,8 +86,12 @@ class Pose:
         self._local = tensor(np.moveaxis(local[:, :_BODY], (-2, -1), (0, 1)))
         self._local_turns = tensor(np.moveaxis(held @ turned, (-2, -1), (0, 1)))
         self._local_places = tensor(np.moveaxis(away, -1, 0))
-        self._root, self._rest = tensor(motion.root.T), tensor(body.joints.T)
-        self._levels = _levels()
+        self._root = tensor(motion.root.T)
+        levels = _levels()
+        self._order = torch.as_tensor(np.argsort([j for level in levels for j in level]))
+        self._levels = [
+            _below(above, joints, tensor(body.joints.T)) for above, joints in itertools.pairwise(levels)
+        ]
 
     def locally(self, turn: torch.Tensor) -> torch.Tensor:
         """Return the local rotation matrices (T, 22, 3, 3). turn: (T, 22, 3) rotation vectors, applied after each
@@ -98,19 +103,13 @@ class Pose:
 
         shift: (T, 3) of the root, metres. local: see `locally`.
         """
-        local, where = _first(local), {0: (0, 0)}
+        local = _first(local)
         turned, placed = [local[..., :1]], [(self._root + shift.T)[..., None]]
-        for level, joints in enumerate(self._levels[1:], start=1):
-            parents = [int(skeleton.PARENTS[j]) for j in joints]
-            rows = torch.tensor([where[p][1] for p in parents])
-            above, at = turned[level - 1].index_select(-1, rows), placed[level - 1].index_select(-1, rows)
-            bones = self._rest[:, joints] - self._rest[:, parents]
-            turned.append(_times(above, local.index_select(-1, torch.tensor(joints))))
-            placed.append(at + _times(above, bones[:, None]))
-            where |= {j: (level, row) for row, j in enumerate(joints)}
-        order = [j for level in self._levels for j in level]
-        back = torch.as_tensor(np.argsort(order))
-        placed, turned = (torch.cat(parts, -1).index_select(-1, back) for parts in (placed, turned))
+        for joints, rows, bones in self._levels:
+            above, at = turned[-1].index_select(-1, rows), placed[-1].index_select(-1, rows)
+            turned.append(_times(above, local.index_select(-1, joints)))
+            placed.append(at + _times(above, bones))
+        placed, turned = (torch.cat(parts, -1).index_select(-1, self._order) for parts in (placed, turned))
         return placed.movedim(0, -1), _last(turned)
 
     def transforms(self, placed: torch.Tensor, turned: torch.Tensor, frames: torch.Tensor) -> torch.Tensor:
@@ -206,3 +205,13 @@ def _levels() -> list[list[int]]:
     for j in range(1, _BODY):
         depth[j] = depth[skeleton.PARENTS[j]] + 1
     return [[int(j) for j in np.flatnonzero(depth == d)] for d in range(depth.max() + 1)]
+
+
+def _below(
+    above: list[int], joints: list[int], rest: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Return the joints (N,) of a level, the places (N,) of their parents in the level above, and the bones (3, 1, N)
+    between them, metres. rest: (3, 55) of the rest pose."""
+    parents = [int(skeleton.PARENTS[j]) for j in joints]
+    bones = (rest[:, joints] - rest[:, parents])[:, None]
+    return torch.tensor(joints), torch.tensor([above.index(p) for p in parents]), bones
